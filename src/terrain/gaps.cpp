@@ -11,11 +11,6 @@ namespace {
 constexpr int landing_rows{6};
 constexpr int landing_samples_min{6};
 constexpr float jump_min_px{0.9f};
-constexpr float trench_begin_sigmas{1};  ///< noise of the height over the ground
-constexpr float trench_depth_sigmas{2.5f};
-constexpr float trench_depth_steps{0.3f};  ///< visible depth, in largest steps of the vehicle
-constexpr float trench_wall_growth{0.5f};  ///< growth of the disparity per row, relative to a level surface
-constexpr int trench_wall_rows{4};
 
 /// Line d = at_gap + per_row·(row − gap's row − ½) through the samples behind a gap.
 struct Landing {
@@ -23,18 +18,6 @@ struct Landing {
   float per_row{0};
   bool is_found{false};
 };
-
-// Mean disparity of a row's samples, at least two; 0: none.
-float mean_disparity(const std::array<SectorRows, 3>& sectors, int row) {
-  float sum{0};
-  float count{0};
-  for (const SectorRows& rows : sectors) {
-    if (!(rows.disparity[row] > 0)) continue;
-    sum += rows.disparity[row];
-    count += 1;
-  }
-  return count < 2 ? 0 : sum / count;
-}
 
 // Rows within the smear mix both surfaces and are left out.
 Landing landing_of(const std::array<SectorRows, 3>& sectors, int gap_row, int smear) {
@@ -99,50 +82,6 @@ Gap classify_gap(const TerrainCamera& camera, const TerrainLimits& limits, const
     gap.kind = GapKind::none;
   }
   return gap;
-}
-
-Gap find_trench(const TerrainCamera& camera, const TerrainLimits& limits, const std::array<SectorRows, 3>& rows,
-                const TrenchFront& front) {
-  const Gap none{.kind = GapKind::none};
-  const float h{camera.height_m - front.z};
-  Gap gap{.kind = GapKind::drop};
-  int begin{no_row};
-  int lowest{no_row};
-  float depth{0};
-  float lowest_d{0};
-  const int last{std::max(front.last_row - 3 * static_cast<int>(front.window_rows), rows[1].first_row)};
-  for (int v{front.first_row}; v >= last; --v) {
-    const float d{mean_disparity(rows, v)};
-    if (!(d > 0)) continue;
-    const float x{camera.range(d)};
-    const float z{camera.height_m - rows[1].tangent(static_cast<float>(v)) * x};
-    const float below{front.z + front.slope * (x - front.x) - z};
-    const float sigma{camera.height_sigma(h, front.slope, x, front.sigma_px)};
-    if (below >= trench_begin_sigmas * sigma) {
-      if (begin == no_row) begin = v;
-      if (below > depth) {
-        depth = below;
-        lowest = v;
-        lowest_d = d;
-        gap.landing_x = x;
-        gap.landing_z = z;
-      }
-    } else if (depth > std::max(trench_depth_steps * limits.step_m, trench_depth_sigmas * sigma)) {
-      const int wall_rows{lowest - v};
-      const float wall_growth{(lowest_d - d) / static_cast<float>(wall_rows)};
-      const float row{static_cast<float>(begin) + 0.5f};
-      gap.edge_x = gap.mark_x = h / rows[1].tangent(row - front.window_rows / 4);
-      const bool is_trench{
-          wall_rows >= trench_wall_rows && wall_growth <= trench_wall_growth * camera.level_growth(h) &&
-          static_cast<float>(begin - lowest) <= front.window_rows && rows[1].tangent(row) >= limits.drop_slope};
-      return is_trench ? gap : none;
-    } else {
-      begin = no_row;
-      depth = 0;
-    }
-    if (begin == no_row && v <= front.last_row) return none;
-  }
-  return none;
 }
 
 }  // namespace stereogrid

@@ -40,19 +40,4 @@ struct GapFront {
 Gap classify_gap(const TerrainCamera& camera, const TerrainLimits& limits, const std::array<SectorRows, 3>& rows,
                  const GapFront& front);
 
-struct TrenchFront {
-  int first_row;  ///< first and last row, upwards, in which the trench may begin
-  int last_row;
-  float x;  ///< place of the last visible ground, m
-  float z;
-  float slope;
-  float sigma_px;     ///< noise of disparities there
-  float window_rows;  ///< rows over which the matcher smears a jump
-};
-
-/// Trench of which only the upper part of the far wall is visible: samples fall below the ground within the smear of
-/// the matcher and return along an upright face (docs/terrain.md, 5). Kind drop or none. `rows`: as in classify_gap().
-Gap find_trench(const TerrainCamera& camera, const TerrainLimits& limits, const std::array<SectorRows, 3>& rows,
-                const TrenchFront& front);
-
 }  // namespace stereogrid

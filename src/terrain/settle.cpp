@@ -35,23 +35,31 @@ int edge_beside(View<const SectorWalk> walks, int sector, int side, int ring) {
   return sector;
 }
 
-// Ring of confirmed edges to both sides of a sector that passes between them; no_ring: none, or the passage is wide.
+// Ring of edges to both sides of a sector that passes between them, or between one and the image's border; no_ring:
+// none, none is confirmed, or the passage is wide.
 int narrow_passage(const WalkInput& input, View<const SectorWalk> walks, int sector) {
   constexpr float widest_passage{0.25f};  // relative to the vehicle's height
+  constexpr float widest_at_border{0.5f};
   constexpr int edge_confirmations{3};
-  const auto nearest = [&](int side, int ring) { return edge_beside(walks, sector, side, ring); };
-  if (nearest(-1, no_ring) == sector || nearest(1, no_ring) == sector) return no_ring;
-  const int ring{std::min(walks(nearest(-1, no_ring), 0).end, walks(nearest(1, no_ring), 0).end)};
+  int ring{no_ring};
+  for (const int side : {-1, 1}) {
+    const int beside{edge_beside(walks, sector, side, no_ring)};
+    if (beside != sector && (ring == no_ring || walks(beside, 0).end < ring)) ring = walks(beside, 0).end;
+  }
   const SectorWalk& walk{walks(sector, 0)};
-  if (walk.end != no_ring && walk.end <= ring + neighbour_rings) return no_ring;
-  const int left{nearest(-1, ring)};
-  const int right{nearest(1, ring)};
-  if (left == sector || right == sector) return no_ring;
-  const float width_m{static_cast<float>((right - left - 1) * sector_px) * input.rings.middle_m(ring) /
+  if (ring == no_ring || (walk.end != no_ring && walk.end <= ring + neighbour_rings)) return no_ring;
+  const int left{edge_beside(walks, sector, -1, ring)};
+  const int right{edge_beside(walks, sector, 1, ring)};
+  const auto is_confirmed = [&](int edge) {
+    return edge != sector && confirming(walks, edge, 3, &SectorWalk::end, ring) >= edge_confirmations;
+  };
+  if (!is_confirmed(left) && !is_confirmed(right)) return no_ring;
+  const int first{left == sector ? 0 : left + 1};
+  const int end{right == sector ? walks.width : right};
+  const float width_m{static_cast<float>((end - first) * sector_px) * input.rings.middle_m(ring) /
                       input.camera.focal_px};
-  const bool are_confirmed{confirming(walks, left, 3, &SectorWalk::end, ring) >= edge_confirmations &&
-                           confirming(walks, right, 3, &SectorWalk::end, ring) >= edge_confirmations};
-  return are_confirmed && width_m <= widest_passage * input.limits.height_m ? ring : no_ring;
+  const bool is_at_border{left == sector || right == sector};
+  return width_m <= (is_at_border ? widest_at_border : widest_passage) * input.limits.height_m ? ring : no_ring;
 }
 
 }  // namespace

@@ -62,6 +62,7 @@ Terrain::Terrain(const Rig& level_rig, const TerrainLimits& limits, float cell_m
       plane_sigma_m_(static_cast<std::size_t>(rings_.capacity())),
       cells_{rings_.capacity(), samples_.sectors()},
       walks_{samples_.sectors(), 1},
+      trenches_{level_rig.height_px, samples_.sectors(), window_px},
       relief_{samples_.sectors(), rings_.capacity(), disparities, level_rig.height_px},
       camera_{level_rig, {}} {}
 
@@ -154,7 +155,7 @@ void Terrain::add_edges(std::vector<EdgePoint>& edges) const {
 }
 
 std::size_t Terrain::held_bytes() const {
-  return held_bytes_of(rings_, samples_, sigma_px_, plane_sigma_m_, cells_, walks_, relief_);
+  return held_bytes_of(rings_, samples_, sigma_px_, plane_sigma_m_, cells_, walks_, relief_) + trenches_.held_bytes();
 }
 
 }  // namespace stereogrid

@@ -14,6 +14,7 @@
 #include "stereogrid/config.hpp"
 #include "stereogrid/image.hpp"
 #include "terrain/relief.hpp"
+#include "terrain/trenches.hpp"
 #include "terrain/walk.hpp"
 
 namespace stereogrid {
@@ -54,7 +55,10 @@ class Terrain {
     for_sectors([&](int sector) { samples_.read(sector, obstacle, road); });
     for_sectors([&](int sector) { samples_.place(sector, rings_); });
     begin_walks();
-    for_sectors([&](int sector) { walk_sector(input(), sector, cells_.view(), walks_(sector, 0)); });
+    for_sectors([&](int sector) {
+      const std::optional<Trench> trench{trenches_.find(camera_, limits_, samples_, sector)};
+      walk_sector(input(), sector, trench, cells_.view(), walks_(sector, 0));
+    });
     for_sectors([&](int sector) { compare_walks(input(), sector, walks_.view()); });
     spread_ground(input(), cells_.view(), walks_.view());
     const View<const SectorWalk> walks{std::as_const(walks_).view()};
@@ -113,6 +117,7 @@ class Terrain {
   std::vector<float> plane_sigma_m_;  // by ring: noise of the plane's height
   Image<PolarCell> cells_;            // (ring, sector)
   Image<SectorWalk> walks_;           // (sector, 0)
+  TrenchFilter trenches_;
   TerrainRelief relief_;
   int judged_rings_{0};
   Ground ground_;

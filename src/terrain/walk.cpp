@@ -46,12 +46,12 @@ class Walk {
  private:
   void meet_gap(int row, float z, float tolerance);
   [[nodiscard]] bool is_within_slope(float z) const;
-  bool meet_trench();
   [[nodiscard]] std::array<SectorRows, 3> rows_around() const {
     const int last{in_.samples.sectors() - 1};
     return {in_.samples.rows(std::max(sector_ - 1, 0)), rows_, in_.samples.rows(std::min(sector_ + 1, last))};
   }
-  void end_at(const Gap& gap);
+  void end_at(GapKind kind, float mark_x, int seen, float fall_m);
+  bool meet_trench();
   void set_ground(float z);
   [[nodiscard]] float widest_gap() const;
   void fill_missing(float z);
@@ -189,7 +189,7 @@ bool Walk::take_over() {
 
 // Rays that pass through the plane of the ground contradict it.
 void Walk::step_lost() {
-  if (is_blind() || take_over()) return;
+  if (is_blind() || (!state_.is_blocked && meet_trench()) || take_over()) return;
   if (walk_.end != no_ring && ring_ >= walk_.end) {
     cells_[ring_].kind = TerrainClass::hidden;
   } else if (!state_.is_blocked && view_.is_judged() && view_.row_through(0, 0, -in_.limits.step_m) != no_row) {
@@ -214,32 +214,26 @@ void Walk::meet_gap(int row, float z, float tolerance) {
     state_ = {gap.landing_x, gap.landing_z, slope, gap.landing_x, 0, true, false, false};
     return;
   }
-  end_at(gap);
+  end_at(gap.kind, gap.mark_x, ring_, std::max(state_.z - gap.landing_z, 0.0f));
 }
 
 bool Walk::meet_trench() {
-  const int first{rows_.first[ring_]};
-  if (first == no_row || state_.x < in_.rings.begin_m(0)) return false;
-  int last{first};
-  while (rows_.next[last] != no_row) last = rows_.next[last];
-  const Gap gap{find_trench(in_.camera, in_.limits, rows_around(),
-                            {first, last, state_.x, state_.z, state_.slope, view_.sigma_px, in_.window_rows})};
-  if (gap.kind != GapKind::drop) return false;
-  end_at(gap);
+  if (ring_ != walk_.trench || !view_.is_judged()) return false;
+  end_at(GapKind::drop, view_.begin_m, walk_.trench_wall, walk_.trench_fall_m);
   return true;
 }
 
-// The nearest edge of a sector counts.
-void Walk::end_at(const Gap& gap) {
+// The nearest edge of a sector counts. `seen`: last ring of the mark.
+void Walk::end_at(GapKind kind, float mark_x, int seen, float fall_m) {
   cells_[ring_].kind = TerrainClass::hidden;
   state_.is_alive = false;
   if (walk_.end != no_ring) return;
   walk_.end = ring_;
-  while (walk_.end > 0 && in_.rings.begin_m(walk_.end) > gap.mark_x) --walk_.end;
-  walk_.end_seen = ring_;
+  while (walk_.end > 0 && in_.rings.begin_m(walk_.end) > mark_x) --walk_.end;
+  walk_.end_seen = seen;
   // the surface before the image may have any height
-  walk_.end_kind = state_.x < in_.rings.begin_m(0) ? GapKind::unknown : gap.kind;
-  walk_.end_fall_m = std::max(state_.z - gap.landing_z, 0.0f);
+  walk_.end_kind = state_.x < in_.rings.begin_m(0) ? GapKind::unknown : kind;
+  walk_.end_fall_m = fall_m;
   walk_.end_confirmations = is_far() ? 4 : 3;
 }
 
@@ -248,6 +242,7 @@ void Walk::step() {
     state_.is_alive = false;
     return;
   }
+  if (meet_trench()) return;
   if (view_.x < state_.reached) {
     cells_[ring_] = {state_.z, state_.slope, TerrainClass::drivable};
     return;
@@ -262,7 +257,6 @@ void Walk::step() {
     const float z_far{state_.elevation(view_.end_m)};
     const int row{view_.row_through(z_near, z_far, std::min(z_near, z_far))};
     if (row != no_row) return meet_gap(row, std::min(z, state_.z), allowed);
-    if (!is_far() && meet_trench()) return;
   }
   if (view_.has_ground(samples, z, state_.slope)) {
     const float found{samples.ground_z / static_cast<float>(samples.ground)};
@@ -294,9 +288,16 @@ void end_in_passage(const WalkInput& input, int sector, View<PolarCell> cells, S
 
 }  // namespace
 
-void walk_sector(const WalkInput& input, int sector, View<PolarCell> cells, SectorWalk& walk) {
+void walk_sector(const WalkInput& input, int sector, const std::optional<Trench>& trench, View<PolarCell> cells,
+                 SectorWalk& walk) {
   std::fill_n(cells.row(sector), input.rings.count(), PolarCell{});
   walk = {};
+  if (trench) {
+    walk.trench = input.rings.at_disparity(input.camera.focal_baseline_pxm / trench->edge_x);
+    walk.trench_wall =
+        std::max(input.rings.at_disparity(input.camera.focal_baseline_pxm / trench->wall_x), walk.trench);
+    walk.trench_fall_m = trench->fall_m;
+  }
   // the plane is the prior of the ground before the image
   walk.state.x = 0.5f * input.rings.begin_m(0);
   Walk steps{input, sector, cells, walk};

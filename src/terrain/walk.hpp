@@ -11,6 +11,7 @@
 #include "terrain/model.hpp"
 #include "terrain/rings.hpp"
 #include "terrain/samples.hpp"
+#include "terrain/trenches.hpp"
 
 namespace stereogrid {
 
@@ -46,6 +47,9 @@ struct SectorWalk {
   GapKind end_kind{GapKind::unknown};
   float end_fall_m{0};             ///< visible fall of the surface behind the edge
   int end_confirmations{0};        ///< number of the six neighbours that must confirm the edge
+  int trench{no_ring};             ///< ring of a trench's edge
+  int trench_wall{no_ring};        ///< ring of its far wall
+  float trench_fall_m{0};          ///< visible part of the wall
   int passage_end{no_ring};        ///< edge to both sides of a narrow passage
   int block_confirmations{0};      ///< number of neighbours that must confirm `blocked`
   bool is_block_confirmed{false};  ///< enough neighbours confirm `blocked`
@@ -61,8 +65,9 @@ struct WalkInput {
   float window_rows;      ///< rows over which the matcher smears a jump
 };
 
-/// Walks along one sector from the vehicle outwards, until it loses the ground.
-void walk_sector(const WalkInput& input, int sector, View<PolarCell> cells, SectorWalk& walk);
+/// Walks along one sector from the vehicle outwards, until it loses the ground. `trench`: the sector's.
+void walk_sector(const WalkInput& input, int sector, const std::optional<Trench>& trench, View<PolarCell> cells,
+                 SectorWalk& walk);
 
 /// Compares a sector with its neighbours, once all have been walked.
 void compare_walks(const WalkInput& input, int sector, View<SectorWalk> walks);

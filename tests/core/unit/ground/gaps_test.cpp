@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Kinds of gaps behind ground, on rows of disparities as a car's camera sees them (docs/terrain.md, gaps and trenches).
+// Kinds of gaps behind ground, on rows of disparities as a car's camera sees them (docs/terrain.md, gaps).
 #include "terrain/gaps.hpp"
 
 #include <gtest/gtest.h>
@@ -38,23 +38,6 @@ class Gaps : public testing::Test {
       disparity_[static_cast<std::size_t>(v)] = v > edge ? of_plane(v, 0) : of_plane(v, z, slope, edge_m);
     }
     return classify_gap(camera_, limits_, {sector(), sector(), sector()}, {edge, 0, sigma_px, 9});
-  }
-
-  /// Level ground, samples that fall to `depth_m` over five rows from 6 m on, and a far wall up to the ground, whose
-  /// disparity grows by `growth` of a level surface's.
-  Gap trench(float depth_m, float sigma_px, float growth = 0) {
-    const int begin{row_over(6)};
-    const int bottom{begin - 5};
-    const float at_bottom{of_plane(bottom, -depth_m)};
-    for (int v{horizon + 1}; v < rows; ++v) {
-      const float ground{of_plane(v, 0)};
-      const float falling{of_plane(v, -depth_m * static_cast<float>(begin - v) / 5)};
-      const float wall{at_bottom - growth * camera_.level_growth(1) * static_cast<float>(bottom - v)};
-      const float lower{v >= bottom ? falling : std::min(ground, wall)};
-      disparity_[static_cast<std::size_t>(v)] = v >= begin ? ground : lower;
-    }
-    return find_trench(camera_, limits_, {sector(), sector(), sector()},
-                       {begin + 3, begin - 2, 5.5f, 0, 0, sigma_px, 9});
   }
 
   TerrainCamera camera_{{640, 360, 425, 320, horizon, 0.2, 1.0, 0, 0}, [] {
@@ -109,33 +92,6 @@ TEST_F(Gaps, OneSectorOfThreeShowsTheSurfaceBehind) {
   const SectorRows none{empty.data(), nullptr,       nullptr, nullptr,     nullptr,
                         nullptr,      tangent_of(0), per_row, horizon + 1, rows};
   EXPECT_EQ(classify_gap(camera_, limits_, {none, sector(), none}, {row_over(5), 0, 0.2f, 9}).kind, GapKind::bridge);
-}
-
-TEST_F(Gaps, TrenchesAreDeeperThanThreeTenthsOfAStepAndTheNoise) {
-  EXPECT_EQ(trench(0.03f, 0.05f).kind, GapKind::none);
-  const Gap found{trench(0.08f, 0.05f)};
-  EXPECT_EQ(found.kind, GapKind::drop);
-  EXPECT_NEAR(found.landing_z, -0.08, 0.005);
-  EXPECT_EQ(trench(0.08f, 0.5f).kind, GapKind::none) << "2.5 sigma are 9 cm";
-  EXPECT_EQ(trench(0.12f, 0.5f).kind, GapKind::drop);
-}
-
-// The far wall has to return within three windows.
-TEST_F(Gaps, DeepTrenchesAreNoneOfThese) {
-  EXPECT_EQ(trench(0.5f, 0.05f).kind, GapKind::drop);
-  EXPECT_EQ(trench(0.8f, 0.05f).kind, GapKind::none);
-}
-
-// From the first row that is below the ground by the noise, a quarter of the window farther. A row is 9 cm.
-TEST_F(Gaps, TrenchesBeginWhereTheGroundFalls) {
-  EXPECT_NEAR(trench(0.12f, 0.05f).edge_x, 6.32, 0.04);
-  EXPECT_NEAR(trench(0.12f, 0.2f).edge_x, 6.32, 0.04);
-}
-
-TEST_F(Gaps, TheFarWallOfATrenchIsUpright) {
-  EXPECT_EQ(trench(0.15f, 0.05f, 0.3f).kind, GapKind::drop);
-  EXPECT_EQ(trench(0.08f, 0.05f, 0.3f).kind, GapKind::drop);
-  EXPECT_EQ(trench(0.08f, 0.05f, 0.7f).kind, GapKind::none);
 }
 
 }  // namespace

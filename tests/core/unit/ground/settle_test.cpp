@@ -58,14 +58,26 @@ TEST_F(SettledWalks, PassagesEndWhereTheyAreNarrowerThanAQuarterOfTheVehiclesHei
   EXPECT_EQ(passage_end(middle), no_ring);
 }
 
-TEST_F(SettledWalks, PassagesNeedThreeSectorsOfTheSameEdgeBesideEachOfTheirs) {
+TEST_F(SettledWalks, PassagesNeedThreeSectorsOfTheSameEdgeBesideOneOfTheirs) {
   set_passage(5, 4);
   EXPECT_EQ(passage_end(middle), edge);
   set_passage(5, 3);
   EXPECT_EQ(passage_end(middle), no_ring);
   set_passage(5, 4);
-  walks_(middle + 4, 0).end = edge + 5;  // another edge than the one beside it
+  for (const int side : {-1, 1}) {
+    EXPECT_EQ(passage_end(middle), edge);
+    walks_(middle + 4 * side, 0).end = edge + 5;  // another edge than the one beside it
+  }
   EXPECT_EQ(passage_end(middle), no_ring);
+}
+
+TEST_F(SettledWalks, PassagesAtTheBorderEndWhereTheyAreNarrowerThanHalfOfTheVehiclesHeight) {
+  const int widest{2 * narrow() + 1};
+  for (const int columns : {widest - 1, widest + 2}) {
+    walks_.fill({});
+    for (int sector{columns}; sector < columns + 4; ++sector) walks_(sector, 0).end = edge;
+    EXPECT_EQ(passage_end(0), columns < widest ? edge : no_ring) << columns;
+  }
 }
 
 TEST_F(SettledWalks, SectorsWithTheSameEdgeAreNoPassage) {

@@ -1,0 +1,130 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Trenches in disparities as a car's camera and a matcher with windows of nine rows see them (docs/terrain.md,
+// trenches).
+#include "terrain/trenches.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <optional>
+
+namespace stereogrid::test {
+namespace {
+
+/// Camera 1 m above level ground, f = 425 px, f·B = 85 px·m, seven sectors.
+class Trenches : public testing::Test {
+ protected:
+  static constexpr int window{9};
+  static constexpr int horizon{180};
+  static constexpr int rows{360};
+  static constexpr int edge{250};  ///< row of the edge, 6.1 m ahead; 9 rows of wall are 0.9 m of trench
+
+  Trenches() { samples_.begin(camera_, limits_); }
+
+  /// Level ground, above `edge` a far wall of `wall_rows`, whose disparity grows by `growth` of the ground's per row.
+  [[nodiscard]] float exact(int row, int wall_rows, float growth) const {
+    const bool is_wall{row <= edge && row > edge - wall_rows};
+    const auto at = static_cast<float>(is_wall ? edge - wall_rows : row);
+    const float above_top{is_wall ? growth * static_cast<float>(row - edge + wall_rows) : 0.0f};
+    return camera_.level_growth(1) * (at + above_top - horizon);
+  }
+  [[nodiscard]] float smeared(int row, int wall_rows, float growth = 0) const {
+    float sum{0};
+    for (int i{-window / 2}; i <= window / 2; ++i) sum += exact(row + i, wall_rows, growth);
+    return sum / window;
+  }
+  using Disparity = std::function<float(int sector, int row)>;
+  std::optional<Trench> found(const Disparity& disparity) {
+    Image<float> road{samples_.sectors() * sector_px, rows};
+    const Image<float> obstacle{road.width(), rows};
+    for (int v{horizon + 5}; v < rows; ++v) {
+      for (int u{0}; u < road.width(); ++u) road(u, v) = disparity(u / sector_px, v);
+    }
+    for (int sector{0}; sector < samples_.sectors(); ++sector) samples_.read(sector, obstacle.view(), road.view());
+    return filter_.find(camera_, limits_, samples_, 3);
+  }
+  std::optional<Trench> found_wall(int wall_rows, float growth = 0) {
+    return found([=, this](int, int row) { return smeared(row, wall_rows, growth); });
+  }
+
+  TerrainCamera camera_{{7 * sector_px, rows, 425, 7 * sector_px / 2, horizon, 0.2, 1.0, 0, 0}, [] {
+                          Ground ground;
+                          ground.height_m = 1;
+                          return ground;
+                        }()};
+  TerrainLimits limits_{0.15f, 0.364f, 1.8f, 0.105f};
+  TerrainSamples samples_{7 * sector_px, rows, 10};
+  TrenchFilter filter_{rows, 7, window};
+};
+
+TEST_F(Trenches, AreMeasuredByTheFarWall) {
+  for (const int wall_rows : {6, 8, 9, 12, 20}) {
+    const auto trench{found_wall(wall_rows)};
+    ASSERT_TRUE(trench) << wall_rows;
+    const float wall_x{425 / static_cast<float>(edge - wall_rows - horizon)};
+    EXPECT_NEAR(trench->edge_x, 425.0f / (edge - horizon), 0.15) << "a row is 9 cm";
+    EXPECT_NEAR(trench->wall_x, wall_x, 0.2);
+    EXPECT_NEAR(trench->fall_m, wall_x * static_cast<float>(wall_rows) / 425, 0.04);
+  }
+}
+
+TEST_F(Trenches, AreNotInGroundStepsAndHollows) {
+  EXPECT_FALSE(found_wall(0));
+  EXPECT_FALSE(found_wall(2));
+  // everything above the edge is farther, as behind a kerb, or nearer, as a step up
+  for (const float jump : {-1.2f, 1.2f}) {
+    EXPECT_FALSE(found([=, this](int, int row) { return smeared(row, 0) + (row <= edge ? jump : 0); })) << jump;
+  }
+  const auto hollow = [this](int, int row) {
+    return smeared(row, 0) - 0.6f * std::max(0.0f, 1 - std::abs(static_cast<float>(row - edge)) / 14);
+  };
+  EXPECT_FALSE(found(hollow));
+}
+
+TEST_F(Trenches, HaveUprightWalls) {
+  EXPECT_TRUE(found_wall(9, 0.2f));
+  EXPECT_FALSE(found_wall(9, 0.5f)) << "a slope down and up";
+  EXPECT_TRUE(found_wall(9, -0.5f));
+  EXPECT_FALSE(found_wall(5, -3)) << "falls too far for a wall";
+}
+
+TEST_F(Trenches, LieInGroundThatGrowsOnBothSides) {
+  const auto wall = [this](int, int row) {
+    return smeared(row, 9) + 0.8f * camera_.level_growth(1) * static_cast<float>(edge - row);
+  };
+  EXPECT_FALSE(found(wall));
+}
+
+TEST_F(Trenches, AreSeenThroughLittleNoiseOnly) {
+  const auto noisy = [this](float px) {
+    return found([=, this](int, int row) { return smeared(row, 9) + (row % 2 == 0 ? px : -px); });
+  };
+  EXPECT_TRUE(noisy(0.08f));
+  EXPECT_FALSE(noisy(0.14f));
+  EXPECT_FALSE(found([this](int, int row) { return smeared(row, 4) + (row % 2 == 0 ? 0.09f : -0.09f); }))
+      << "too small for that noise";
+}
+
+TEST_F(Trenches, AreMeansOfMostSectorsAndRows) {
+  EXPECT_TRUE(found([this](int sector, int row) { return sector < 4 ? smeared(row, 9) : 0; }));
+  EXPECT_FALSE(found([this](int sector, int row) { return sector < 3 ? smeared(row, 9) : 0; }));
+  const auto without = [this](int share) {
+    return found([=, this](int, int row) { return row % share != 1 ? smeared(row, 9) : 0; });
+  };
+  EXPECT_TRUE(without(6));
+  EXPECT_FALSE(without(3));
+}
+
+TEST_F(Trenches, AreSearchedUpToTheDropSlope) {
+  limits_.drop_slope = 0.17f;
+  EXPECT_FALSE(found_wall(9)) << "the line of sight falls by 0.165";
+  limits_.drop_slope = 0.16f;
+  EXPECT_TRUE(found_wall(9));
+}
+
+}  // namespace
+}  // namespace stereogrid::test
