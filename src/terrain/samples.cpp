@@ -146,7 +146,7 @@ void TerrainSamples::mark_upright(int sector) {
       const float growth_times{of.n[k] * of.dr[k] - of.r[k] * of.d[k]};
       const float times{of.n[k] * of.rr[k] - of.r[k] * of.r[k]};
       const float steepest{s.x[v] * (s.tangent(static_cast<float>(v)) + slope)};
-      found[k] = (of.n[k] >= 5) & (growth_times * steepest < limit * times) ? 1 : 0;
+      found[k] = ((of.n[k] >= 5) & (growth_times * steepest < limit * times)) ? 1 : 0;
     }
     std::copy_n(found.begin(), rows, upright + begin);
   }
