@@ -14,7 +14,7 @@ namespace {
 
 // Chosen on random layouts (seeds 401 to 480) and on recorded drives, where few matches may look like a trench.
 constexpr int sectors_beside{3};
-constexpr std::array wall_rows_tried{4, 5, 6, 7, 8, 10, 12, 14, 17, 20, 24};
+constexpr std::array wall_rows_tried{6, 7, 8, 10, 12, 14, 17, 20, 24};
 constexpr float fall_share_min{0.7f};  ///< measured fall of the disparity, relative to that of an upright wall
 constexpr float fall_share_max{1.6f};
 constexpr float ground_growth_min{0.5f};  ///< growth of the disparity per row around it, relative to level ground
@@ -88,6 +88,21 @@ void write_means(const TerrainSamples& samples, int sector, float* mean) {
   }
 }
 
+// The disparities are below the line through the first and the last one by most of a wall's fall: at the edge, before
+// it and in the middle of the wall.
+bool falls(const float* d, const std::vector<float>& fall, int wall_rows, float growth) {
+  constexpr float share{0.8f * fall_share_min};
+  const std::size_t last{fall.size() - 1};
+  const std::size_t edge{(last + static_cast<std::size_t>(wall_rows)) / 2};
+  const float per_row{(d[last] - d[0]) / static_cast<float>(last)};
+  if (!(d[0] > 0) || per_row < ground_growth_min * growth) return false;
+  for (const std::size_t i : {edge, edge + 2, edge - static_cast<std::size_t>(wall_rows) / 2}) {
+    const float below{d[0] + per_row * static_cast<float>(i) - d[i]};
+    if (!(d[i] > 0) || below < share * growth * fall[i]) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 TrenchFilter::TrenchFilter(int height_px, int sectors, int window_rows)
@@ -123,9 +138,7 @@ std::optional<Trench> TrenchFilter::find(const TerrainCamera& camera, const Terr
       if (first < rows.first_row) break;
       const float* const d{disparity + first};
       const auto at = static_cast<std::size_t>(shape.wall_rows + margin_);
-      const float level{(d[0] * static_cast<float>(margin_) + d[shape.fall.size() - 1] * static_cast<float>(at)) /
-                        static_cast<float>(at + static_cast<std::size_t>(margin_))};
-      if (level - at_edge < 0.5f * fall_share_min * growth * shape.fall[at]) continue;  // saves most of the work
+      if (!falls(d, shape.fall, shape.wall_rows, growth)) continue;  // saves most of the work
       Sums sums;
       for (std::size_t i{0}; i < shape.fall.size(); ++i) {
         if (d[i] > 0) sums.add({1, static_cast<float>(i) - static_cast<float>(at), shape.fall[i]}, d[i] - at_edge);
