@@ -138,7 +138,7 @@ def watch(tool: subprocess.Popen, seconds: int, start) -> None:
         sys.exit("the tool has ended")
     waits_s = sorted(float(one.split()[-1]) for one in results if one.startswith("served"))
     if not waits_s:
-        sys.exit(f"nobody was served: {results}")
+        sys.exit(f"no visitor was served: {results}")
     settled = [(visitors, memory_kb) for since_s, visitors, memory_kb in all_samples if since_s > ROW_S]
     half = settled[len(settled) // 2:]
     print("\n| growth, kB a visitor | in the second half | cameras killed | until every topic has come, median s | most s |\n"
