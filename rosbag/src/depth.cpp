@@ -10,12 +10,12 @@
 #include <cstring>
 #include <opencv2/core.hpp>
 #include <string_view>
-#include <tuple>
 #include <utility>
 
 #include "pixels.hpp"
 #include "rvl.hpp"
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/disparity_depth.hpp"
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/messages/cdr.hpp"
@@ -86,25 +86,13 @@ Image<float> decode_compressed_depth(const sensor_msgs::CompressedImage& message
 }
 
 Image<float> decode_disparities(messages::stereo_msgs::DisparityImage& message, const std::string& name) {
-  const double focal_baseline{std::abs(double{message.f} * message.t)};
-  if (!(focal_baseline > 0) || !std::isfinite(focal_baseline)) {
-    throw InputError{name, fmt::format("the DisparityImage has f {:g} px and T {:g} m.", message.f, message.t),
-                     "Both are above 0: correct what publishes it, or record depth."};
-  }
+  const io::DisparityDepth depth{name, message.f, message.t, message.min_disparity, message.max_disparity};
   if (message.image.encoding != "32FC1") {
     throw InputError{
         name, fmt::format("the encoding \"{}\" of disparities is not read.", io::printable(message.image.encoding)),
         "A DisparityImage is 32FC1, in px."};
   }
-  const bool has_limits{message.max_disparity > message.min_disparity};
-  const bool is_negative{message.min_disparity < 0 && message.max_disparity <= 0};  // u_right − u_left
-  if (is_negative)
-    std::tie(message.min_disparity, message.max_disparity) = std::pair{-message.max_disparity, -message.min_disparity};
-  return depth_of<float>(pixels_of(message.image, CV_32FC1, name), [&](float value) {
-    const float d{is_negative ? -value : value};
-    const bool is_outside{has_limits && (d < message.min_disparity || d > message.max_disparity)};
-    return is_outside || !(d > 0) ? 0.0 : focal_baseline / d;
-  });
+  return depth_of<float>(pixels_of(message.image, CV_32FC1, name), depth);
 }
 
 }  // namespace

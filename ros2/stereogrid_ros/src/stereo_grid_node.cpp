@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <chrono>
+#include <cmath>
 #include <iterator>
 #include <opencv2/core/mat.hpp>
 #include <rclcpp_components/register_node_macro.hpp>
@@ -136,9 +137,9 @@ void StereoGridNode::take_info(Side side, const sensor_msgs::msg::CameraInfo& in
 }
 
 void StereoGridNode::take_disparity(const stereo_msgs::msg::DisparityImage& disparity) {
-  if (baseline_m_ == 0 && disparity.t > 0) {
+  if (baseline_m_ == 0 && disparity.t != 0) {
     const std::scoped_lock lock{mutex_};
-    baseline_m_ = disparity.t;
+    baseline_m_ = std::abs(disparity.t);
     changed_.notify_all();
   }
   take(Side::right, disparity.header.stamp, [&](Pair& pair, auto at) { pair.add_depth(depth_of(disparity), at); });

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/disparity_depth.hpp"
 #include "stereogrid/io/poses.hpp"
 
 namespace stereogrid_ros {
@@ -98,18 +99,12 @@ stereogrid::Image<float> depth_of(const sensor_msgs::msg::Image& image) {
 
 stereogrid::Image<float> depth_of(const stereo_msgs::msg::DisparityImage& disparity) {
   constexpr const char* name{"disparity image"};
-  const double focal_baseline{double{disparity.f} * disparity.t};
-  if (!(focal_baseline > 0) || !std::isfinite(focal_baseline) || disparity.image.encoding != "32FC1") {
-    throw InputError{name,
-                     "f is " + std::to_string(disparity.f) + " px, t " + std::to_string(disparity.t) +
-                         " m and the encoding " + disparity.image.encoding + " (allowed above 0, above 0, 32FC1).",
-                     "Correct its publisher."};
+  if (disparity.image.encoding != "32FC1") {
+    throw InputError{name, "unsupported encoding: " + disparity.image.encoding + ".", "Publish 32FC1 (px)."};
   }
-  const bool has_limits{disparity.max_disparity > disparity.min_disparity};
-  return depth_of_values<float>(disparity.image, name, [&](float d) {
-    const bool is_outside{has_limits && (d < disparity.min_disparity || d > disparity.max_disparity)};
-    return is_outside || !(d > 0) ? 0.0 : focal_baseline / d;
-  });
+  return depth_of_values<float>(
+      disparity.image, name,
+      stereogrid::io::DisparityDepth{name, disparity.f, disparity.t, disparity.min_disparity, disparity.max_disparity});
 }
 
 stereogrid::PixelView pixels_of(const sensor_msgs::msg::Image& image, const std::string& name, cv::Mat& grey) {
