@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <new>
+#include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 
@@ -68,12 +69,17 @@ cv::Mat decode_jpeg(const std::string& file, std::string_view bytes) {
   if (width <= 0 || colours < 0) fail_damaged(file);
   if (colours == TJCS_CMYK || colours == TJCS_YCCK) fail_unsupported(file, "is a JPEG in CMYK.");
   const bool is_grey{colours == TJCS_GRAY};
-  cv::Mat image(height, width, is_grey ? CV_8UC1 : CV_8UC3);
-  if (tjDecompress2(decoder.get(), data, bytes.size(), image.data, width, 0, height, is_grey ? TJPF_GRAY : TJPF_BGR,
-                    0) != 0 &&
-      tjGetErrorCode(decoder.get()) == TJERR_FATAL) {
-    fail_damaged(file);
-  }
+  cv::Mat image(height, width, is_grey ? CV_8UC1 : CV_8UC3, cv::Scalar::all(0));
+  const auto decodes_into{[&](cv::Mat& pixels) {
+    return tjDecompress2(decoder.get(), data, bytes.size(), pixels.data, width, 0, height,
+                         is_grey ? TJPF_GRAY : TJPF_BGR, 0) == 0;
+  }};
+  if (decodes_into(image)) return image;
+  if (tjGetErrorCode(decoder.get()) == TJERR_FATAL) fail_damaged(file);
+  // A fatal error after a warning is reported as a warning: it leaves pixels unwritten.
+  cv::Mat other{~image};
+  decodes_into(other);
+  if (cv::norm(image, other, cv::NORM_INF) > 0) fail_damaged(file);
   return image;
 }
 

@@ -114,6 +114,20 @@ TEST(ImageFile, Jpeg) {
   EXPECT_NEAR(grey(20, 20), 120, 2);
 }
 
+TEST(ImageFile, AJpegIsReadDespiteWarningsButNotDespiteErrorsAfterThem) {
+  const TemporaryFolder folder;
+  cv::imwrite((folder / "a.jpg").string(), cv::Mat(30, 40, CV_8UC1, cv::Scalar(120)));
+  std::string bytes{read_file(folder / "a.jpg")};
+  const std::size_t table{bytes.find("\xff\xdb\x00\x43"sv)};
+  ASSERT_NE(table, std::string::npos);
+  bytes.insert(table, "xyz");  // "extraneous bytes before marker" is a warning
+  put(folder / "warning.jpg", bytes);
+  EXPECT_EQ(read_grey(folder / "warning.jpg"), read_grey(folder / "a.jpg"));
+  bytes[table + 4] = '\xfe';  // the quantization table becomes a comment: the decoder cannot go on
+  put(folder / "error.jpg", bytes);
+  expect_complaint([&] { static_cast<void>(read_grey(folder / "error.jpg")); }, {"error.jpg", "damaged"});
+}
+
 TEST(ImageFile, EveryTruncationIsSeenInSilence) {
   const TemporaryFolder folder;
   const StereoFrame frame{textured_pair(40, 30, 0)};
