@@ -9,7 +9,7 @@
 #include "camera_infos.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/text.hpp"
-#include "stereogrid/rosbag/depth.hpp"
+#include "stereogrid/rosbag/decode.hpp"
 
 namespace stereogrid::rosbag {
 namespace {

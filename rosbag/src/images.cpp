@@ -10,9 +10,9 @@
 #include <map>
 
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/ros_image.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/rosbag/decode.hpp"
-#include "stereogrid/rosbag/depth.hpp"
 
 namespace stereogrid::rosbag {
 namespace {
@@ -145,7 +145,7 @@ io::ImagePair BagImages::load(std::size_t index) const {
   io::ImagePair pair{std::move(left.grey), {}, left.bits, left.bits};
   if (topics_.has_depth()) {
     pair.depth_m =
-        fit_depth(decode_depth(bytes, right_, second_name), pair.left.width(), pair.left.height(), second_name);
+        io::fit_depth(decode_depth(bytes, right_, second_name), pair.left.width(), pair.left.height(), second_name);
     return pair;
   }
   io::ScaledImage right{decode_image(bytes, is_compressed(right_), second_name)};

@@ -13,11 +13,11 @@
 
 #include "ros2/waiting.hpp"
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/ros_image.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/messages/cdr.hpp"
 #include "stereogrid/rosbag/calibration.hpp"
 #include "stereogrid/rosbag/decode.hpp"
-#include "stereogrid/rosbag/depth.hpp"
 
 namespace stereogrid::app {
 namespace {
@@ -170,7 +170,7 @@ io::Calibration depth_calibration(dds::Node& node, const InputOptions& options, 
   const int width_px{came.images.width()};
   const int height_px{came.images.height()};
   static_cast<void>(
-      rosbag::fit_depth(std::move(came.depth_m), width_px, height_px, io::printable(found.right.name)));  // or throws
+      io::fit_depth(std::move(came.depth_m), width_px, height_px, io::printable(found.right.name)));  // or throws
   if (!came.infos) return io::read_depth_calibration(options.calibration, width_px, height_px);
   return rosbag::calibration_of(*std::move(came.infos), found.left, found.images, width_px, height_px);
 }

@@ -16,11 +16,11 @@
 
 #include "ros2/pose_buffer.hpp"
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/ros_image.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/messages/cdr.hpp"
 #include "stereogrid/messages/nav_msgs.hpp"
 #include "stereogrid/rosbag/decode.hpp"
-#include "stereogrid/rosbag/depth.hpp"
 #include "stereogrid/rosbag/poses.hpp"
 
 namespace stereogrid::app {
@@ -143,9 +143,9 @@ void Ros2Source::State::take_image(const Images& images, std::span<const std::by
   try {
     if (images.side == Side::right && setup.pairing.has_depth) {
       const Rig& rig{setup.calibration.rig};
-      taker->add_depth(rosbag::fit_depth(rosbag::decode_depth(cdr, images.topic, images.name), rig.width_px,
-                                         rig.height_px, images.name),
-                       instant_of(stamp_ns));
+      taker->add_depth(
+          io::fit_depth(rosbag::decode_depth(cdr, images.topic, images.name), rig.width_px, rig.height_px, images.name),
+          instant_of(stamp_ns));
     } else {
       taker->add(images.side, rosbag::decode_image(cdr, rosbag::is_compressed(images.topic), images.name),
                  instant_of(stamp_ns));

@@ -17,16 +17,17 @@ def generate_launch_description():
     share = FindPackageShare('stereogrid_ros')
     usual = PathJoinSubstitution([share, 'config', 'stereo_grid.yaml'])
     camera = LaunchConfiguration('camera')
-    images = ['left/image_rect', 'right/image_rect', 'left/camera_info', 'right/camera_info',
-              'left/image_raw', 'right/image_raw', 'depth/image_rect', 'depth/image_raw',
-              'disparity']
+    images = [f'{image}/image_{kind}{transport}'
+              for image in ('left', 'right', 'depth') for kind in ('rect', 'raw')
+              for transport in ('', '/compressed', '/compressedDepth')]
+    topics = images + ['left/camera_info', 'right/camera_info', 'disparity']
     autostart = ParameterValue(LaunchConfiguration('autostart'), value_type=bool)
     node = ComposableNode(
         package='stereogrid_ros',
         plugin='stereogrid_ros::StereoGridNode',
         name='stereo_grid',
         parameters=[LaunchConfiguration('parameters'), {'autostart': autostart}],
-        remappings=[(topic, [camera, '/' + topic]) for topic in images])
+        remappings=[(topic, [camera, '/' + topic]) for topic in topics])
     return LaunchDescription([
         DeclareLaunchArgument('camera', default_value='/stereo'),
         DeclareLaunchArgument('parameters', default_value=usual),

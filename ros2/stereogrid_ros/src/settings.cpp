@@ -123,6 +123,10 @@ Settings declare_settings(rclcpp_lifecycle::LifecycleNode& node) {
       declared(node, "autostart", true, "True: active from the start. False: a lifecycle manager activates the node.");
   settings.input = one_of(node, "input", {"stereo", "depth", "disparity"},
                           "stereo (right images), depth (of the left images) or disparity (DisparityImage).");
+  settings.image_transport =
+      one_of(node, "image_transport", {"raw", "compressed"}, "raw or compressed (…/compressed) left and right images.");
+  settings.depth_image_transport = one_of(node, "depth_image_transport", {"raw", "compressedDepth", "compressed"},
+                                          "raw, compressedDepth or compressed (PNG) depth images.");
   settings.are_rectified = declared(node, "rectified", true, "True: the topics have rectified images.");
   if (settings.input == "disparity" && !settings.are_rectified) {
     throw ConfigError{"parameter rectified: false (allowed true, since disparities are of rectified images)."};

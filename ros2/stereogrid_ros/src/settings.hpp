@@ -18,7 +18,9 @@ struct Settings {
   stereogrid::PipelineOptions pipeline;
   stereogrid::messages::FrameMessagesOptions messages;
   bool is_autostarted{true};
-  std::string input;  ///< stereo, depth, disparity
+  std::string input;                  ///< stereo, depth, disparity
+  std::string image_transport;        ///< raw, compressed
+  std::string depth_image_transport;  ///< raw, compressedDepth, compressed
   bool are_rectified{true};
   std::string global_frame;      ///< frame of the poses
   std::string robot_base_frame;  ///< frame of the extrinsics: its z = 0 is the road

@@ -7,7 +7,6 @@
 #include <chrono>
 #include <cmath>
 #include <iterator>
-#include <opencv2/core/mat.hpp>
 #include <rclcpp_components/register_node_macro.hpp>
 #include <utility>
 
@@ -21,6 +20,7 @@ namespace {
 using namespace std::chrono_literals;
 using stereogrid::InputError;
 using stereogrid::capture::Clock;
+using stereogrid::io::RosImage;
 
 constexpr std::int64_t step_back_ns{1'000'000'000};
 constexpr std::size_t warnings_max{100};
@@ -33,6 +33,12 @@ std::int64_t nanoseconds(T instant) {
 
 std::size_t index_of(stereogrid::capture::Side side) {
   return side == stereogrid::capture::Side::left ? 0 : 1;
+}
+
+void add_depth(stereogrid::capture::CameraPair& pair, stereogrid::Image<float> depth_m, const char* name,
+               Clock::time_point at) {
+  const stereogrid::Rig& rig{pair.rig()};
+  pair.add_depth(stereogrid::io::fit_depth(std::move(depth_m), rig.width_px, rig.height_px, name), at);
 }
 
 }  // namespace
@@ -103,30 +109,43 @@ void StereoGridNode::subscribe(const std::string& topic, Callback callback) {
 
 void StereoGridNode::subscribe_all() {
   using sensor_msgs::msg::CameraInfo;
-  using sensor_msgs::msg::Image;
   const std::string images{settings_.are_rectified ? "/image_rect" : "/image_raw"};
+  const auto add_image = [](Side side, const char* name) {
+    return [=](Pair& pair, const RosImage& image, auto at) {
+      pair.add(side, stereogrid::io::decode_ros_image(image, name), at);
+    };
+  };
   subscribe<CameraInfo>("left/camera_info", [this](const CameraInfo& info) { take_info(Side::left, info); });
-  subscribe_images(Side::left, "left" + images);
+  subscribe_images(Side::left, "left" + images, settings_.image_transport, add_image(Side::left, "left image"));
   if (settings_.input == "depth") {
-    subscribe<Image>("depth" + images, [this](const Image& image) {
-      take(Side::right, image.header.stamp, [&](Pair& pair, auto at) { pair.add_depth(depth_of(image), at); });
-    });
+    subscribe_images(Side::right, "depth" + images, settings_.depth_image_transport,
+                     [](Pair& pair, const RosImage& image, auto at) {
+                       constexpr const char* name{"depth image"};
+                       add_depth(pair, stereogrid::io::decode_ros_depth(image, name), name, at);
+                     });
   } else if (settings_.input == "disparity") {
     using stereo_msgs::msg::DisparityImage;
     subscribe<DisparityImage>("disparity", [this](const DisparityImage& disparity) { take_disparity(disparity); });
   } else {
     subscribe<CameraInfo>("right/camera_info", [this](const CameraInfo& info) { take_info(Side::right, info); });
-    subscribe_images(Side::right, "right" + images);
+    subscribe_images(Side::right, "right" + images, settings_.image_transport, add_image(Side::right, "right image"));
   }
 }
 
-void StereoGridNode::subscribe_images(Side side, const std::string& topic) {
-  subscribe<sensor_msgs::msg::Image>(topic, [this, side](const sensor_msgs::msg::Image& image) {
-    take(side, image.header.stamp, [&](Pair& pair, auto at) {
-      cv::Mat grey;
-      pair.add(side, pixels_of(image, side == Side::left ? "left image" : "right image", grey), at);
-    });
-  });
+void StereoGridNode::subscribe_images(Side side, const std::string& topic, const std::string& transport,
+                                      const AddImage& add) {
+  const auto receive = [this, side, add](const auto& message) {
+    take(side, message.header.stamp,
+         [&](Pair& pair, auto at) { add(pair, stereogrid::io::ros_image_of(message), at); });
+  };
+  using sensor_msgs::msg::CompressedImage;
+  using sensor_msgs::msg::Image;
+  if (transport == "raw") {
+    subscribe<Image>(topic, [receive](const Image& message) { receive(message); });
+  } else {
+    subscribe<CompressedImage>(topic + "/" + transport,
+                               [receive](const CompressedImage& message) { receive(message); });
+  }
 }
 
 void StereoGridNode::take_info(Side side, const sensor_msgs::msg::CameraInfo& info) {
@@ -142,7 +161,11 @@ void StereoGridNode::take_disparity(const stereo_msgs::msg::DisparityImage& disp
     baseline_m_ = std::abs(disparity.t);
     changed_.notify_all();
   }
-  take(Side::right, disparity.header.stamp, [&](Pair& pair, auto at) { pair.add_depth(depth_of(disparity), at); });
+  take(Side::right, disparity.header.stamp, [&](Pair& pair, auto at) {
+    constexpr const char* name{"disparity image"};
+    const auto disparities{stereogrid::io::ros_disparities_of(disparity)};
+    add_depth(pair, stereogrid::io::decode_ros_disparities(disparities, name), name, at);
+  });
 }
 
 void StereoGridNode::take(Side side, const builtin_interfaces::msg::Time& stamp,

@@ -20,6 +20,7 @@
 #include <tf2_ros/buffer.h>
 #include <tf2_ros/transform_listener.h>
 #include <sensor_msgs/msg/camera_info.hpp>
+#include <sensor_msgs/msg/compressed_image.hpp>
 #include <sensor_msgs/msg/image.hpp>
 #include <stereo_msgs/msg/disparity_image.hpp>
 
@@ -27,6 +28,7 @@
 #include "settings.hpp"
 #include "stereogrid/capture/camera_pair.hpp"
 #include "stereogrid/capture/frame_loop.hpp"
+#include "stereogrid/io/ros_image.hpp"
 #include "stereogrid/messages/frame_messages.hpp"
 #include "stereogrid/odometry.hpp"
 
@@ -53,12 +55,14 @@ class StereoGridNode final : public rclcpp_lifecycle::LifecycleNode {
   using Side = stereogrid::capture::Side;
   using Pair = stereogrid::capture::CameraPair;
   using PreparedFrame = stereogrid::capture::PreparedFrame;
+  using AddImage = std::function<void(Pair&, const stereogrid::io::RosImage&, stereogrid::capture::Clock::time_point)>;
   class Frames;
 
   template <class Message, class Callback>
   void subscribe(const std::string& topic, Callback callback);
   void subscribe_all();
-  void subscribe_images(Side side, const std::string& topic);
+  /// Images of a transport of image_transport, which `add` adds to the pair.
+  void subscribe_images(Side side, const std::string& topic, const std::string& transport, const AddImage& add);
   void stop();
   void take_info(Side side, const sensor_msgs::msg::CameraInfo& info);
   void take_disparity(const stereo_msgs::msg::DisparityImage& disparity);

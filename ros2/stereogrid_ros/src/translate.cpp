@@ -3,42 +3,16 @@
 #include "translate.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <cstdint>
-#include <cstring>
-#include <opencv2/imgproc.hpp>
-#include <string_view>
 
 #include "stereogrid/error.hpp"
-#include "stereogrid/io/disparity_depth.hpp"
 #include "stereogrid/io/poses.hpp"
 
 namespace stereogrid_ros {
 namespace {
 
 using stereogrid::InputError;
-using stereogrid::PixelFormat;
-
-constexpr int no_bayer{-1};
-
-struct Encoding {
-  std::string_view name;
-  PixelFormat format;
-  int bayer{no_bayer};  ///< OpenCV's conversion to grey, named after the second row's second and third pixel
-};
-
-constexpr std::array<Encoding, 12> encodings{{{"mono8", PixelFormat::grey8},
-                                              {"8UC1", PixelFormat::grey8},
-                                              {"mono16", PixelFormat::grey16},
-                                              {"16UC1", PixelFormat::grey16},
-                                              {"bgr8", PixelFormat::bgr8},
-                                              {"rgb8", PixelFormat::rgb8},
-                                              {"bgra8", PixelFormat::bgra8},
-                                              {"rgba8", PixelFormat::rgba8},
-                                              {"bayer_rggb8", PixelFormat::grey8, cv::COLOR_BayerBG2GRAY},
-                                              {"bayer_bggr8", PixelFormat::grey8, cv::COLOR_BayerRG2GRAY},
-                                              {"bayer_gbrg8", PixelFormat::grey8, cv::COLOR_BayerGR2GRAY},
-                                              {"bayer_grbg8", PixelFormat::grey8, cv::COLOR_BayerGB2GRAY}}};
 
 /// 3 × 4, row-major. Throws InputError: the rotation is not of length 1.
 std::array<double, 12> matrix_of(const geometry_msgs::msg::Transform& transform) {
@@ -58,74 +32,7 @@ std::array<double, 12> matrix_of(const geometry_msgs::msg::Transform& transform)
           2 * (x * z - w * y),     2 * (y * z + w * x),     1 - 2 * (x * x + y * y), t.z};
 }
 
-void check_bytes(const sensor_msgs::msg::Image& image, std::uint64_t pixel_bytes, const std::string& name,
-                 bool has_endianness) {
-  const std::uint64_t row_bytes{image.width * pixel_bytes};
-  if (image.height == 0 || image.width == 0 || image.height > 32768 || image.width > 32768 || image.step < row_bytes ||
-      std::uint64_t{image.step} * (image.height - 1) + row_bytes > image.data.size()) {
-    throw InputError{name, "the image has fewer bytes than its size requires.", "Check its publisher."};
-  }
-  if (image.is_bigendian != 0 && has_endianness) {
-    throw InputError{name, "big-endian pixels are unsupported.", "Publish little-endian ones, or mono8."};
-  }
-}
-
-/// Depth of values of type T; a depth that is not finite and above 0 is none.
-template <class T, class Metres>
-stereogrid::Image<float> depth_of_values(const sensor_msgs::msg::Image& image, const char* name, Metres metres) {
-  check_bytes(image, sizeof(T), name, true);
-  stereogrid::Image<float> depth_m{static_cast<int>(image.width), static_cast<int>(image.height)};
-  for (std::size_t v{0}; v < image.height; ++v) {
-    for (std::size_t u{0}; u < image.width; ++u) {
-      T value{};
-      std::memcpy(&value, image.data.data() + v * image.step + u * sizeof(T), sizeof(T));
-      const float depth{static_cast<float>(metres(value))};
-      depth_m.row(static_cast<int>(v))[u] = depth > 0 && std::isfinite(depth) ? depth : 0;
-    }
-  }
-  return depth_m;
-}
-
 }  // namespace
-
-stereogrid::Image<float> depth_of(const sensor_msgs::msg::Image& image) {
-  constexpr const char* name{"depth image"};
-  if (image.encoding == "16UC1" || image.encoding == "mono16") {
-    return depth_of_values<std::uint16_t>(image, name, [](double millimetres) { return millimetres * 0.001; });
-  }
-  if (image.encoding == "32FC1") return depth_of_values<float>(image, name, [](double metres) { return metres; });
-  throw InputError{name, "unsupported encoding: " + image.encoding + ".", "Publish 16UC1 (mm) or 32FC1 (m)."};
-}
-
-stereogrid::Image<float> depth_of(const stereo_msgs::msg::DisparityImage& disparity) {
-  constexpr const char* name{"disparity image"};
-  if (disparity.image.encoding != "32FC1") {
-    throw InputError{name, "unsupported encoding: " + disparity.image.encoding + ".", "Publish 32FC1 (px)."};
-  }
-  return depth_of_values<float>(
-      disparity.image, name,
-      stereogrid::io::DisparityDepth{name, disparity.f, disparity.t, disparity.min_disparity, disparity.max_disparity});
-}
-
-stereogrid::PixelView pixels_of(const sensor_msgs::msg::Image& image, const std::string& name, cv::Mat& grey) {
-  const auto* const encoding{std::ranges::find(encodings, image.encoding, &Encoding::name)};
-  if (encoding == encodings.end()) {
-    throw InputError{name, "unsupported encoding: " + image.encoding + ".",
-                     "Convert the images to mono8 or bgr8 (image_proc)."};
-  }
-  check_bytes(image, static_cast<std::uint64_t>(bytes_per_pixel(encoding->format)), name,
-              encoding->format == PixelFormat::grey16);
-  const int width{static_cast<int>(image.width)};
-  const int height{static_cast<int>(image.height)};
-  if (encoding->bayer == no_bayer) {
-    return {image.data.data(), width, height, static_cast<std::ptrdiff_t>(image.step), encoding->format, 0};
-  }
-  if (width < 3 || height < 3) throw InputError{name, "a Bayer image is smaller than 3×3 px.", "Publish mono8."};
-  // not written to
-  const cv::Mat pattern{height, width, CV_8UC1, const_cast<std::uint8_t*>(image.data.data()), image.step};
-  cv::cvtColor(pattern, grey, encoding->bayer);
-  return {grey.data, width, height, static_cast<std::ptrdiff_t>(grey.step[0]), PixelFormat::grey8, 0};
-}
 
 stereogrid::io::RosCamera camera_of(const sensor_msgs::msg::CameraInfo& info, const std::string& name) {
   if (info.binning_x > 1 || info.binning_y > 1 || info.roi.x_offset != 0 || info.roi.y_offset != 0) {

@@ -2,32 +2,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
-#include <opencv2/core/mat.hpp>
 #include <string>
 
 #include <geometry_msgs/msg/transform.hpp>
 #include <sensor_msgs/msg/camera_info.hpp>
-#include <sensor_msgs/msg/image.hpp>
-#include <stereo_msgs/msg/disparity_image.hpp>
 
 #include "stereogrid/camera.hpp"
 #include "stereogrid/frame.hpp"
-#include "stereogrid/image.hpp"
 #include "stereogrid/io/ros_camera.hpp"
-#include "stereogrid/pixel_view.hpp"
 
 namespace stereogrid_ros {
-
-/// View of the message's pixels. 8-bit Bayer patterns are converted to grey values in `grey`. `name`: for errors.
-/// Throws stereogrid::InputError: unsupported encoding, fewer bytes than the size requires.
-[[nodiscard]] stereogrid::PixelView pixels_of(const sensor_msgs::msg::Image& image, const std::string& name,
-                                              cv::Mat& grey);
-
-/// Depth, m; 0: none. Image: 16UC1 in mm, 32FC1 in m (REP 118); DisparityImage: f·T/d within its limits. Throws
-/// stereogrid::InputError: unsupported encoding, fewer bytes than the size requires, no f or T.
-[[nodiscard]] stereogrid::Image<float> depth_of(const sensor_msgs::msg::Image& image);
-[[nodiscard]] stereogrid::Image<float> depth_of(const stereo_msgs::msg::DisparityImage& disparity);
 
 /// Throws stereogrid::InputError: binning, or a region of interest.
 [[nodiscard]] stereogrid::io::RosCamera camera_of(const sensor_msgs::msg::CameraInfo& info, const std::string& name);

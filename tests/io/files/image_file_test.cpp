@@ -123,7 +123,7 @@ TEST(ImageFile, AJpegIsReadDespiteWarningsButNotDespiteErrorsAfterThem) {
   bytes.insert(table, "xyz");  // "extraneous bytes before marker" is a warning
   put(folder / "warning.jpg", bytes);
   EXPECT_EQ(read_grey(folder / "warning.jpg"), read_grey(folder / "a.jpg"));
-  bytes[table + 4] = '\xfe';  // the quantization table becomes a comment: the decoder cannot go on
+  bytes[table + 4] = '\xfe';  // the quantization table becomes a comment: the decoder cannot continue
   put(folder / "error.jpg", bytes);
   expect_complaint([&] { static_cast<void>(read_grey(folder / "error.jpg")); }, {"error.jpg", "damaged"});
 }

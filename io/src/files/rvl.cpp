@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "rvl.hpp"
+#include "files/rvl.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -8,7 +8,7 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/image_file.hpp"
 
-namespace stereogrid::rosbag {
+namespace stereogrid::io {
 namespace {
 
 class Nibbles {
@@ -81,4 +81,4 @@ Image<std::uint16_t> decode_rvl(std::span<const std::byte> bytes, const std::str
   return image;
 }
 
-}  // namespace stereogrid::rosbag
+}  // namespace stereogrid::io

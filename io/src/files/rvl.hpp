@@ -9,10 +9,10 @@
 
 #include "stereogrid/image.hpp"
 
-namespace stereogrid::rosbag {
+namespace stereogrid::io {
 
 /// Decodes RVL (Wilson, ISS 2017) as compressed_depth_image_transport writes it: width and height, 32 bits each, then
 /// runs of zeros and of differences in words of eight nibbles. Throws InputError: damaged.
 [[nodiscard]] Image<std::uint16_t> decode_rvl(std::span<const std::byte> bytes, const std::string& name);
 
-}  // namespace stereogrid::rosbag
+}  // namespace stereogrid::io
