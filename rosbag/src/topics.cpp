@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <ranges>
 #include <set>
 #include <string_view>
 #include <tuple>
@@ -83,6 +84,20 @@ std::tuple<bool, bool, bool> worth(const Topic* images) {
   return {is_rectified(*images), base_of(*images).find("color") == std::string::npos, !is_compressed(*images)};
 }
 
+/// Folder of the camera, without names of kinds of its images: left/color/rect and left_raw_gray are left.
+std::string camera_of(const Topic& images) {
+  constexpr std::array<std::string_view, 4> kinds{"color", "gray", "rect", "raw"};
+  std::string camera;
+  for (const auto& part : std::views::split(parent_of(base_of(images)), '/')) {
+    std::string_view folder{part.begin(), part.end()};
+    for (const std::string_view suffix : {"_gray", "_raw"}) {
+      if (folder.ends_with(suffix)) folder.remove_suffix(suffix.size());
+    }
+    if (std::ranges::find(kinds, folder) == kinds.end()) camera.append("/").append(folder);
+  }
+  return camera;
+}
+
 /// The one topic of images that are no depth; nullptr: there are several.
 const Topic* single_topic(const std::vector<Topic>& topics, const Encodings& encodings) {
   const Topic* single{nullptr};
@@ -100,7 +115,7 @@ ImageTopics found(const std::string& bag, const std::vector<Topic>& topics, cons
   for (const Topic& topic : topics) {
     if (!holds_images(topic) || depth_kind_of(topic, {}) || right_of(topic, topics) == nullptr) continue;
     candidates.push_back(&topic);
-    cameras.insert(parent_of(base_of(topic)));
+    cameras.insert(camera_of(topic));
   }
   const std::string list{list_of(topics)};
   if (candidates.empty()) {
@@ -231,7 +246,7 @@ std::string info_topic_of(const Topic& images, const std::vector<std::string>& t
 
 bool is_rectified(const Topic& images) {
   const std::string base{base_of(images)};
-  return base.find("rect", base.rfind('/') + 1) != std::string::npos;
+  return base.find("rect", base.rfind('/') + 1) != std::string::npos || parent_of(base).ends_with("/rect");
 }
 
 bool is_compressed(const Topic& images) {

@@ -72,6 +72,30 @@ TEST_F(Bags, ADarkFirstFrameDoesNotSetTheScaleOfSixteenBits) {
   for (std::size_t i{1}; i < lines.size(); ++i) EXPECT_EQ(lines[i]["density"], bright[i]["density"]);
 }
 
+TEST_F(Bags, ZedsKindsOfImagesAreOneCamera) {
+  const std::vector<Entry> plain_entries{entries({})};
+  for (const std::vector<std::string>& kinds :  // the first one is taken; wrapper 5.1 and before
+       {std::vector<std::string>{"/gray/rect/image", "/color/rect/image", "/color/raw/image", "/gray/raw/image"},
+        std::vector<std::string>{"_gray/image_rect_gray", "/image_rect_color", "_raw/image_raw_color",
+                                 "_raw_gray/image_raw_gray"}}) {
+    std::vector<Entry> all;
+    for (const std::string& kind : kinds) {
+      for (Entry one : plain_entries) {
+        const bool is_left{one.topic.starts_with("/left")};
+        const bool is_info{one.type == CameraInfo::type_name};
+        const bool is_swapped{kind != kinds.front() && !is_info};
+        const std::string camera{std::string{is_left != is_swapped ? "/zed/left" : "/zed/right"} + kind};
+        one.topic = is_info ? camera.substr(0, camera.rfind('/')) + "/camera_info" : camera;
+        all.push_back(one);
+      }
+    }
+    write_mcap(bag(), all);
+    const Outcome outcome{run_bag(bag())};
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+    expect_equal_runs(plain(), out());
+  }
+}
+
 TEST_F(Bags, FramesAreTakenFromTheMiddleAndARunGoesOn) {
   write_mcap(bag(), entries({}));
   ASSERT_EQ(run_bag(bag(), {"--poses", "none", "--frames", "0:1"}).exit_code, 0);
