@@ -9,10 +9,20 @@ from support import BEST_EFFORT, LATCHED, RELIABLE, Cameras, Tool, spin_until, s
 import numpy as np
 import rclpy
 from nav_msgs.msg import OccupancyGrid
-from sensor_msgs.msg import Image
+from sensor_msgs.msg import CompressedImage, Image
 from stereo_msgs.msg import DisparityImage
 
 PERIOD_S = 0.05
+
+
+def rvl_of(shape, value):
+    """Encode an image of one value as compressed_depth_image_transport does."""
+    def nibbles(number):
+        return [number & 7 | 8, *nibbles(number >> 3)] if number > 7 else [number]
+    count = shape[0] * shape[1]
+    code = nibbles(0) + nibbles(count) + nibbles(2 * value) + [0] * (count - 1)
+    words = np.array(code + [0] * (-len(code) % 8), np.uint32).reshape(-1, 8) @ (1 << np.arange(28, -1, -4, np.uint32))
+    return bytes(12) + np.array([shape[1], shape[0], *words], np.uint32).tobytes()
 
 
 class In(unittest.TestCase):
@@ -61,7 +71,7 @@ class In(unittest.TestCase):
         self.assertGreater(grids[0][-1].info.origin.position.x + 1e-9, grids[0][0].info.origin.position.x)
 
     def test_depth_and_disparities(self):
-        for kind in ('16UC1', '32FC1', 'disparity'):
+        for kind in ('16UC1', '32FC1', 'compressedDepth', 'disparity'):
             with self.subTest(kind):
                 at = f'/camera_{kind.lower()}'
                 cameras = Cameras(self.node, at)
@@ -78,9 +88,11 @@ class In(unittest.TestCase):
 
     def depth_sender(self, cameras, at, kind):
         depth_m = cameras.FOCAL * cameras.BASELINE / cameras.SHIFT
-        is_disparity = kind == 'disparity'
-        publisher = self.node.create_publisher(DisparityImage if is_disparity else Image,
-                                               f'{at}/disparity' if is_disparity else f'{at}/depth/image_rect', 10)
+        message_type, topic = {'disparity': (DisparityImage, 'disparity'),
+                               'compressedDepth': (CompressedImage, 'depth/image_rect/compressedDepth')
+                               }.get(kind, (Image, 'depth/image_rect'))
+        publisher = self.node.create_publisher(message_type, f'{at}/{topic}', 10)
+        half = rvl_of((cameras.HEIGHT // 2, cameras.WIDTH // 2), round(depth_m * 1000))
         pattern = np.random.default_rng(2).integers(0, 256, (cameras.HEIGHT, cameras.WIDTH), dtype=np.uint8)
 
         def image_of(values, encoding, stamp):
@@ -99,6 +111,10 @@ class In(unittest.TestCase):
                 publisher.publish(image_of(np.full(shape, round(depth_m * 1000), np.uint16), '16UC1', stamp))
             elif kind == '32FC1':
                 publisher.publish(image_of(np.full(shape, depth_m, np.float32), '32FC1', stamp))
+            elif kind == 'compressedDepth':
+                message = CompressedImage(format='16UC1; compressedDepth rvl', data=half)
+                message.header.stamp, message.header.frame_id = stamp, 'left_optical'
+                publisher.publish(message)
             else:
                 message = DisparityImage(f=cameras.FOCAL, t=cameras.BASELINE, min_disparity=0.0, max_disparity=64.0,
                                          image=image_of(np.full(shape, cameras.SHIFT, np.float32), '32FC1', stamp))

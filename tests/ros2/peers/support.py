@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Nodes of ROS 2 (rclpy with Fast DDS) beside the tool, on this machine only."""
+import faulthandler
 import json
 import os
 import signal
@@ -25,6 +26,7 @@ from sensor_msgs.msg import CameraInfo, Image
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 RELIABLE = QoSProfile(depth=10)
 BEST_EFFORT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+HANG_S = 20
 SHARE = Path(os.environ['AMENT_PREFIX_PATH']) / 'share'
 
 
@@ -49,8 +51,8 @@ class Tool:
 
     def __init__(self, *words):
         self.log = tempfile.NamedTemporaryFile(prefix='stereogrid_', suffix='.log')
-        self.process = subprocess.Popen([os.environ['STEREOGRID_TOOL'], *words], stdout=self.log,
-                                        stderr=subprocess.STDOUT)
+        self.process = subprocess.Popen(['setpriv', '--pdeathsig', 'KILL', os.environ['STEREOGRID_TOOL'], *words],
+                                        stdout=self.log, stderr=subprocess.STDOUT)
 
     def end(self):
         """End it as Ctrl-C does; returns its output."""
@@ -72,7 +74,9 @@ def spin_until(node, condition, seconds=20.0):
     while not condition():
         if time.monotonic() > end:
             return False
+        faulthandler.dump_traceback_later(HANG_S, exit=True)  # peers.sh repeats a test whose peer hangs
         rclpy.spin_once(node, timeout_sec=0.05)
+        faulthandler.cancel_dump_traceback_later()
     return True
 
 
