@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 import { colour, fitCanvas } from './theme.js';
 
+const margin = 0.56;
 const emptyLayer = { corner: [0, -20], resolution: 1, width: 40, height: 40, frame: '' };
-const vehicle = [[3.6, 0], [3.2, 0.9], [-0.9, 0.9], [-0.9, -0.9], [3.2, -0.9]]; // m, around the camera
+// m, around the camera, on grids of 20 m and larger; smaller grids have a smaller vehicle
+const vehicle = [[3.6, 0], [3.2, 0.9], [-0.9, 0.9], [-0.9, -0.9], [3.2, -0.9]];
 
 /**
  * The grid from above, the vehicle heading up, with obstacles. Moved and zoomed with mouse, touch and keys. Calls
@@ -42,7 +44,7 @@ export class GridView {
     const size = [width * resolution, height * resolution];
     const middle = corner.map((value, i) => value + size[i] / 2);
     this.centre = frame === this.worldFrame ? this.#inVehicle(middle) : middle; // m ahead, m to the left
-    this.metres = 0.56 * Math.max(...size); // from the middle to the nearer edge, at zoom 1
+    this.metres = margin * Math.max(...size); // from the middle to the nearer edge, at zoom 1
     this.zoom = 1;
     this.redraw();
   }
@@ -109,7 +111,8 @@ export class GridView {
     context.restore();
     context.fillStyle = colour('--accent');
     context.beginPath();
-    for (const [x, y] of vehicle) context.lineTo(x, y);
+    const share = Math.min(1, this.metres / (margin * 20));
+    for (const [x, y] of vehicle) context.lineTo(share * x, share * y);
     context.fill();
   }
 
@@ -124,7 +127,8 @@ export class GridView {
 
   #drawRings(context, scale) {
     context.fillStyle = colour('--ring');
-    for (let radius = 10; radius <= 60; radius += 10) {
+    const step = this.metres < 6 ? 2 : 10;
+    for (let radius = step; radius <= 6 * step; radius += step) {
       context.strokeStyle = colour('--ring');
       context.lineWidth = 1 / scale;
       context.beginPath();
