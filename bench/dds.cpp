@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // One end of what dds.py measures, by libstereogrid_dds.so:
-// bench_dds LIBRARY send TOPIC CELLS HZ SECONDS: grids of CELLS × CELLS, stamped when they are sent; on /map latched.
+// bench_dds LIBRARY send TOPIC CELLS HZ SECONDS: "grid STAMP", ns, for grids of CELLS × CELLS, stamped when they are
+// sent; on /map latched.
 // bench_dds LIBRARY receive NAMESPACE SECONDS: "image STAMP at NOW", ns, for each image of both cameras.
 #include <dlfcn.h>
 
@@ -52,8 +53,8 @@ void send(dds::Node& node, char** argv) {
     grid.header.stamp = {static_cast<std::int32_t>(stamp_ns / 1'000'000'000),
                          static_cast<std::uint32_t>(stamp_ns % 1'000'000'000)};
     node.sink().send(channel, stamp_ns, writer.encode(grid));
+    std::cout << "grid " << stamp_ns << std::endl;
   }
-  std::cout << "sent " << count << std::endl;
   std::this_thread::sleep_for(std::chrono::milliseconds{200});
 }
 

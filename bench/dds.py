@@ -53,13 +53,14 @@ def percentile(sorted_values: list, share: float) -> float:
     return sorted_values[min(len(sorted_values) - 1, int(share * len(sorted_values)))]
 
 
-def row(what: str, sent: int, received: str, ours: float, theirs: float) -> None:
-    latency_ms = sorted((int(at) - int(stamp)) / 1e6 for stamp, at in re.findall(r"^\w+ (\d+).* at (\d+)$", received, re.M))
-    if not latency_ms:
-        print(f"| {what} | {sent} | {sent} | – | – | {ours:.1f} | {theirs:.1f} |", flush=True)
-        return
-    print(f"| {what} | {sent} | {sent - len(latency_ms)} | {percentile(latency_ms, 0.5):.2f} | "
-          f"{percentile(latency_ms, 0.99):.2f} | {ours:.1f} | {theirs:.1f} |", flush=True)
+def row(what: str, sent: str, topics: int, received: str, ours: float, theirs: float) -> None:
+    """`sent`: stamps before the first received one do not count, since the sender does not wait for the peer."""
+    times = [(int(stamp), int(at)) for stamp, at in re.findall(r"^\w+ (\d+).* at (\d+)$", received, re.M)]
+    stamps = [int(stamp) for stamp in re.findall(r"^\w+ (\d+)$", sent, re.M)]
+    count = topics * sum(not times or stamp >= min(times)[0] for stamp in stamps)
+    latency_ms = sorted((at - stamp) / 1e6 for stamp, at in times)
+    shown = [f"{percentile(latency_ms, share):.2f}" if times else "–" for share in (0.5, 0.99)]
+    print(f"| {what} | {count} | {count - len(times)} | {' | '.join(shown)} | {ours:.1f} | {theirs:.1f} |", flush=True)
 
 
 def ros_node(ros: Path, what: str, seconds: int) -> Part:
@@ -72,7 +73,7 @@ def grids(folder: Path, what: str, reader: Part, env: dict, seconds: int, topic=
     sender = Part(folder / "bench_dds", folder / "libstereogrid_dds.so", "send", topic, cells, hz, seconds, env=env)
     sent, ours = sender.end()
     received, theirs = reader.end()
-    row(f"grids to {what}", int(sent.split()[1]), received, ours, theirs)
+    row(f"grids to {what}", sent, 1, received, ours, theirs)
 
 
 def pairs(folder: Path, what: str, start, env: dict, seconds: int) -> None:
@@ -81,9 +82,7 @@ def pairs(folder: Path, what: str, start, env: dict, seconds: int) -> None:
     sender = start()
     sent, theirs = sender.end()
     received, ours = reader.end()
-    first = min(re.findall(r"image (\d+)", received))  # the camera does not wait until it is found
-    stamps = [stamp for stamp in re.findall(r"pair (\d+)", sent) if stamp >= first]
-    row(f"images from {what}", 2 * len(stamps), received, ours, theirs)
+    row(f"images from {what}", sent, 2, received, ours, theirs)
 
 
 def node(what: str, seconds: int) -> None:
