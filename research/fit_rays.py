@@ -84,7 +84,18 @@ def in_view(rig: dict, grid: dict, disparities: int, ix, iy) -> np.ndarray:
     return (right > left) & (near <= disparities - 1)
 
 
-def features_of(sums: dict, rig: dict, grid: dict, ix, iy) -> np.ndarray:
+def blur_of(obstacle: np.ndarray, window_px: int) -> float:
+    """As blur_of() of src/rays."""
+    disparity, apart = obstacle[5:-5:6, 9:-8:6], max(window_px // 9, 1)
+    before, here, after = disparity[:, :-2 * apart], disparity[:, apart:-apart], disparity[:, 2 * apart:]
+    alike = (before > 0) & (here > 0) & (after > 0) & (abs(before - after) < 1.5)
+    if alike.sum() < 100:
+        return 0.5
+    parts = np.sort((abs(before - 2 * here + after)[alike] * 64).astype(int))
+    return float(np.clip(2.1 * (parts[(len(parts) - 1) // 2] + 0.5) / 64, 0.3, 0.5))
+
+
+def features_of(sums: dict, rig: dict, grid: dict, ix, iy, blur: float) -> np.ndarray:
     """CellRays of src/rays, in the order of NAMES; of cells in view of the camera."""
     size = grid["cell_size_m"]
     x = grid["x_min_m"] + (ix + 0.5) * size
@@ -96,7 +107,7 @@ def features_of(sums: dict, rig: dict, grid: dict, ix, iy) -> np.ndarray:
     wide = within(left - COLUMNS_AROUND), within(right + COLUMNS_AROUND)
     between = lambda kind, a, b, part: mean_before(sums[kind], b, *part) - mean_before(sums[kind], a, *part)
     arriving = lambda disparity: mean_before(sums["arriving"], disparity, *narrow)
-    return np.stack([between("ending", far - 0.5, near + 0.5, wide), between("ending", far - 4, far, narrow),
+    return np.stack([between("ending", far - blur, near + blur, wide), between("ending", far - 4, far, narrow),
                      between("ending", near, near + 4, narrow), between("road", near, near + 1, narrow),
                      arriving(near), arriving(far), arriving(far - 1)], axis=1)
 
@@ -156,6 +167,8 @@ def samples_of(run_folder: Path, data: Path, to_m: float, with_observed=False):
         sys.exit(f"{run_folder}: rays are counted over the plane here: run with --set ground.model=plane.")
     camera, rig, grid = run["rig"], run["level_rig"], run["grid"]
     heights = tuple(run["config"]["u_disparity"][key] for key in ("obstacle_min_height_m", "obstacle_height_m"))
+    matching = run["config"]["matching"]
+    shows_errors = matching["subpixel"] and matching["method"] == "correlation" and run["matcher"] == "own"
     is_lidar = (data / "velodyne").is_dir()
     if is_lidar and rig != camera:
         sys.exit(f"{run_folder}: lidar labels need a camera that is level, within a degree.")
@@ -176,7 +189,8 @@ def samples_of(run_folder: Path, data: Path, to_m: float, with_observed=False):
         iy, ix = np.nonzero(cells >= 0)
         iy, ix = iy[seen := in_view(rig, grid, run["config"]["matching"]["disparities"], ix, iy)], ix[seen]
         with np.load(run_folder / "stages" / f"{frame['name']}.npz") as stages:
-            features.append(features_of(count_rays(stages, frame, rig, heights), rig, grid, ix, iy))
+            blur = blur_of(stages["obstacle_disparity"], matching["window_px"]) if shows_errors else 0.5
+            features.append(features_of(count_rays(stages, frame, rig, heights), rig, grid, ix, iy, blur))
         labels.append(cells[iy, ix])
         if with_observed:
             observed.append(np.load(run_folder / "grids" / f"{frame['name']}.npz")["observed"][iy, ix])

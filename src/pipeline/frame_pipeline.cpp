@@ -7,6 +7,7 @@
 
 #include "backend/cpu.hpp"
 #include "ground/fit.hpp"
+#include "observation/rays/rays.hpp"
 #include "pipeline/results.hpp"
 #include "pipeline/stopwatch.hpp"
 
@@ -63,6 +64,7 @@ void FramePipeline::process(const LevelFrame& frame, FrameResult& result) {
   const bool is_aligned{find_ground(frame, before.expected)};  // first frame, or ground lost
 
   find_terrain(frame, window, result);
+  find_blur(frame);
 
   Rejection rejection;
   beside([&] { observe_and_filter(true, velocities); },  // IV, V-A, V-B
@@ -116,6 +118,13 @@ void FramePipeline::find_terrain(const LevelFrame& frame, const GridGeometry& wi
   terrain_->find(stages_->obstacle_disparity(), stages_->road_disparity(), stages_->ground(), window_cells,
                  ranges_of(cpu_), result);
   stages_->set_rules(terrain_->rules());
+}
+
+// The noise of disparities that are rounded, smoothed or external does not show their errors.
+void FramePipeline::find_blur(const LevelFrame& frame) {
+  const MatchingConfig& matching{config_.matching};
+  const bool shows_errors{matching.subpixel && matching.method == MatchingMethod::correlation && !frame.is_given()};
+  stages_->set_blur(shows_errors ? blur_of(stages_->matches_on_lattice(), matching.window_px) : widest_blur_px);
 }
 
 FlowFrame FramePipeline::flow_frame(const LevelFrame& frame) const {

@@ -61,6 +61,7 @@ class FramePipeline {
   bool find_ground(const LevelFrame& frame, const Ground& expected);
   void keep_near_ground(const LevelFrame& frame, const Ground& expected, bool has_searched);
   void find_terrain(const LevelFrame& frame, const GridGeometry& window, FrameResult& result);
+  void find_blur(const LevelFrame& frame);
   void observe_and_filter(bool is_usable, std::span<const VelocityEvidence> velocities);
   Rejection validate(const LevelFrame& frame);
   void find_segments(const LevelFrame& frame);

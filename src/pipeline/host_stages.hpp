@@ -72,6 +72,7 @@ class HostStages final : public Stages {
 
   void set_ground(const Ground& ground) override { ground_ = ground; }
   void set_rules(const TerrainRules& rules) override { rules_ = rules; }
+  void set_blur(float blur_px) override { space_.rays.blur_px = blur_px; }
 
   void observe(bool is_usable, std::span<const HeldCell> held) override {
     if (is_usable) {

@@ -64,6 +64,8 @@ class Stages {
   virtual void set_ground(const Ground& ground) = 0;
   /// Terrain rules of the frame's stereo grids; valid until finish(). Without a call: none.
   virtual void set_rules(const TerrainRules& rules) = 0;
+  /// Blur of the obstacles (blur_of) in observe().
+  virtual void set_blur(float blur_px) = 0;
   /// Occupancy of the vehicle's grid and of the window, fused with the frame's other grids. `is_usable` false: unknown.
   /// `held`: cells of the window that stay occupied, each once, at most held_cells_max; valid until finish().
   virtual void observe(bool is_usable, std::span<const HeldCell> held) = 0;

@@ -52,10 +52,12 @@ TEST(rays_are_those_of_the_reference) {
     const GridInVehicle grid{grid_in_vehicle({random.between(-5, 5), -4, 0.3, 37, 29},
                                              {random.between(-3, 6), 1, random.between(-3.1, 3.1)})};
     const DeviceBuffer<GridInVehicle> place{one_on_device(cuda, grid)};
+    expected.blur_px = static_cast<float>(random.between(0, 0.6));
+    const DeviceBuffer<float> blur_px{one_on_device(cuda, expected.blur_px)};
     Image<float> cells{37, 29};
     project_rays(reference, expected, BinGeometry{rig}, grid, cells.view());
     DeviceImage<float> found{37, 29};
-    project_rays(cuda, space, BinGeometry{rig}, place.data(), found.view());
+    project_rays(cuda, space, BinGeometry{rig}, place.data(), blur_px.data(), found.view());
     CHECK_EQUAL(differences(on_host(cuda, found), cells), 0);
   }
 }

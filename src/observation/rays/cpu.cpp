@@ -69,12 +69,13 @@ void project_rays(Cpu& cpu, const RaySpace& space, const BinGeometry& geometry, 
                   View<float> cells) {
   const RaySums<Host> sums{space.sums.view()};
   const HiddenCells hidden{sums, geometry, grid};
+  const CellsInView in_view{geometry, grid, space.blur_px};
   const int strips{(cells.height + rows_grain - 1) / rows_grain};
   cpu.for_ranges(strips, 1, [&](int begin, int end) {
     for (int strip{begin}; strip < end; ++strip) {
       const CellRange rows{0, strip * rows_grain, cells.width, std::min((strip + 1) * rows_grain, cells.height)};
       for_visible(hidden, rows, cells, [&](const CellRange& range) {
-        project_ray_cells(sums, columns_max(space.height), geometry, grid, range, cells);
+        project_ray_cells(sums, columns_max(space.height), in_view, range, cells);
       });
     }
   });

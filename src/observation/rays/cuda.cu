@@ -86,11 +86,11 @@ __global__ void sum_columns(PackedRays* sums, int columns, int bins) {
 }
 
 __global__ void project_cells(RaySums<Device> sums, int most_columns, BinGeometry geometry, const GridInVehicle* grid,
-                              View<float, Device> cells) {
+                              const float* blur_px, View<float, Device> cells) {
   const int ix{static_cast<int>(blockIdx.x * block_width + threadIdx.x)};
   const int iy{static_cast<int>(blockIdx.y * block_height + threadIdx.y)};
   if (ix >= cells.width || iy >= cells.height) return;
-  cells(ix, iy) = occupancy_at(sums, most_columns, CellsInView{geometry, *grid}, ix, iy);
+  cells(ix, iy) = occupancy_at(sums, most_columns, CellsInView{geometry, *grid, *blur_px}, ix, iy);
 }
 
 dim3 blocks_of(int width, int height) {
@@ -132,9 +132,9 @@ void count_rays(Cuda& cuda, const MatchViews& matches, const Rig& rig, const Gro
 }
 
 void project_rays(Cuda& cuda, const RaysOnDevice& space, const BinGeometry& geometry, const GridInVehicle* grid,
-                  View<float, Device> cells) {
+                  const float* blur_px, View<float, Device> cells) {
   launch(cuda, project_cells, blocks_of(cells.width, cells.height), dim3{block_width, block_height}, 0, space.view(),
-         columns_max(space.height), geometry, grid, cells);
+         columns_max(space.height), geometry, grid, blur_px, cells);
 }
 
 }  // namespace stereogrid

@@ -32,11 +32,11 @@ struct RaysOnDevice {
   DeviceBuffer<PackedRays> sums;  ///< (W + 1, bins + 1)
 };
 
-/// `count_rays` and `project_rays` of rays.hpp, equal to the CPU to the bit where the tables of rows are. `ground` and
-/// `grid` are on the device.
+/// `count_rays` and `project_rays` of rays.hpp, equal to the CPU to the bit where the tables of rows are. `ground`,
+/// `grid` and `blur_px` are on the device.
 void count_rays(Cuda& cuda, const MatchViews& matches, const Rig& rig, const Ground* ground,
                 const UDisparityConfig& config, RaysOnDevice& space);
 void project_rays(Cuda& cuda, const RaysOnDevice& space, const BinGeometry& geometry, const GridInVehicle* grid,
-                  View<float, Device> cells);
+                  const float* blur_px, View<float, Device> cells);
 
 }  // namespace stereogrid

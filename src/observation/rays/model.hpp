@@ -161,13 +161,15 @@ struct CellsInView {
   float cx_px;
   float focal_baseline_pxm;
   float half_m;       ///< half of a cell's side
+  float blur_px;      ///< see blur_of
   CellPlaces places;  ///< m in the vehicle frame
 
-  STEREOGRID_HD CellsInView(const BinGeometry& geometry, const GridInVehicle& cells)
+  STEREOGRID_HD CellsInView(const BinGeometry& geometry, const GridInVehicle& cells, float blur)
       : focal_px{static_cast<float>(geometry.focal_px)},
         cx_px{static_cast<float>(geometry.cx_px)},
         focal_baseline_pxm{static_cast<float>(geometry.focal_baseline_pxm)},
         half_m{static_cast<float>(cells.grid.cell_size_m / 2)},
+        blur_px{blur},
         places{cells, {0, 0}, 1} {}
 };
 
@@ -203,7 +205,8 @@ STEREOGRID_HD inline bool find_rays(const RaySums<Space>& sums, int most_columns
   const auto between = [&](PackedRays kind, const RaysAround& first, const RaysAround& last, const ColumnPart& part) {
     return (last.count(kind) - first.count(kind)) * part.share;
   };
-  rays.count[ending] = between(ending_ray, around(far_px - 0.5f, wide), around(near_px + 0.5f, wide), wide);
+  rays.count[ending] =
+      between(ending_ray, around(far_px - cells.blur_px, wide), around(near_px + cells.blur_px, wide), wide);
   rays.count[behind] = between(ending_ray, around(far_px - 4, columns), far, columns);
   rays.count[in_front] = between(ending_ray, near, around(near_px + 4, columns), columns);
   rays.count[road_in_front] = between(ending_on_road, near, around(near_px + 1, columns), columns);

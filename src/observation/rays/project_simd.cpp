@@ -131,7 +131,7 @@ class CellVectors {
     Around at[5];
     look_up(columns, {farther(0), nearer(4), nearer(1), farther(1), farther(4)}, at);
     Around ends[2];
-    look_up(cells.wide, {farther(0.5f), nearer(0.5f)}, ends);
+    look_up(cells.wide, {farther(cells_.blur_px), nearer(cells_.blur_px)}, ends);
     const RayWeights weights{};
     VFloat sum{floats(0)};
     const auto add = [&](int kind, VFloat count)
@@ -240,9 +240,8 @@ class CellVectors {
   const CellsInView& cells_;
 };
 
-void ProjectRayCells(const RaySums<Host>& sums, int most_columns, const BinGeometry& geometry,
-                     const GridInVehicle& grid, const CellRange& range, View<float> cells) {
-  const CellsInView in_view{geometry, grid};
+void ProjectRayCells(const RaySums<Host>& sums, int most_columns, const CellsInView& in_view, const CellRange& range,
+                     View<float> cells) {
   const CellVectors vectors{sums, most_columns, in_view};
   for (int iy{range.y_begin}; iy < range.y_end; ++iy) {
     float* const row{cells.row(iy)};
@@ -263,9 +262,9 @@ namespace stereogrid {
 
 HWY_EXPORT(ProjectRayCells);
 
-void project_ray_cells(const RaySums<Host>& sums, int most_columns, const BinGeometry& geometry,
-                       const GridInVehicle& grid, const CellRange& range, View<float> cells) {
-  HWY_DYNAMIC_DISPATCH(ProjectRayCells)(sums, most_columns, geometry, grid, range, cells);
+void project_ray_cells(const RaySums<Host>& sums, int most_columns, const CellsInView& in_view, const CellRange& range,
+                       View<float> cells) {
+  HWY_DYNAMIC_DISPATCH(ProjectRayCells)(sums, most_columns, in_view, range, cells);
 }
 
 }  // namespace stereogrid

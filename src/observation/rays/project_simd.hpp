@@ -15,7 +15,7 @@ struct CellRange {
 };
 
 /// project_rays for some cells of a grid.
-void project_ray_cells(const RaySums<Host>& sums, int most_columns, const BinGeometry& geometry,
-                       const GridInVehicle& grid, const CellRange& range, View<float> cells);
+void project_ray_cells(const RaySums<Host>& sums, int most_columns, const CellsInView& in_view, const CellRange& range,
+                       View<float> cells);
 
 }  // namespace stereogrid

@@ -39,8 +39,13 @@ struct RaySpace {
   std::vector<std::int32_t> shift;  ///< (W) rows by which the road lies lower than in the column u0, due to roll
   std::vector<RayRow> rows;         ///< (height + 2·margin), from row −margin on
   UprightRange upright{};
-  Image<PackedRays> sums;  ///< (W + 1, bins + 1), see RaySums
+  float blur_px{widest_blur_px};  ///< blur_of the frame
+  Image<PackedRays> sums;         ///< (W + 1, bins + 1), see RaySums
 };
+
+/// Half of the depth, in px of disparity, over which noise spreads the pixels of an obstacle: three standard deviations
+/// of the disparities on MatchLattice. At most `widest_blur_px`, its value with too few obstacle pixels.
+float blur_of(const Matches& matches, int window_px);
 
 /// Counts where the rays of all pixels end, from disparity images.
 void count_rays(Cpu& cpu, const Matches& matches, const Rig& rig, const Ground& ground, const UDisparityConfig& config,

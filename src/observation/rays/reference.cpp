@@ -27,7 +27,7 @@ void count_rays(Reference&, const Matches& matches, const Rig& rig, const Ground
 
 void project_rays(Reference&, const RaySpace& space, const BinGeometry& geometry, const GridInVehicle& grid,
                   View<float> cells) {
-  const CellsInView in_view{geometry, grid};
+  const CellsInView in_view{geometry, grid, space.blur_px};
   for (int iy{0}; iy < cells.height; ++iy) {
     for (int ix{0}; ix < cells.width; ++ix) {
       cells(ix, iy) = occupancy_at(RaySums<Host>{space.sums.view()}, columns_max(space.height), in_view, ix, iy);

@@ -10,7 +10,7 @@ namespace stereogrid {
 
 /// Kinds of counted rays of a cell. Nearer disparities are larger: near, far are those of the cell's ends.
 enum CellRayKind {
-  ending,           ///< obstacle pixels from far − ½ px to near + ½ px, in `columns_around` more columns
+  ending,           ///< obstacle pixels from far − blur to near + blur, in `columns_around` more columns
   behind,           ///< obstacle pixels from far − 4 px to far
   in_front,         ///< obstacle pixels from near to near + 4 px
   road_in_front,    ///< road pixels from near to near + 1 px
@@ -26,6 +26,7 @@ struct CellRays {
 };
 
 constexpr int columns_around{5};        ///< to either side
+constexpr float widest_blur_px{0.5f};   ///< the weights are fitted with it
 constexpr float half_known_rays{0.5f};  ///< as many arriving rays make a cell half as known as many would
 constexpr float log_odds_max{6.9f};     ///< P from 0.001 to 0.999
 

@@ -94,6 +94,7 @@ HostMemory::HostMemory(const Rig& rig, const GridGeometry& vehicle_grid, int win
       held_count{1},
       vehicle_rules{size_of(vehicle_grid)},
       window_rules{static_cast<std::size_t>(window_cells) * static_cast<std::size_t>(window_cells)},
+      blur_px{1},
       relief{relief_size} {}
 
 DeviceMemory::DeviceMemory(Cuda& cuda, const Config& config, const Rig& rig, const GridGeometry& vehicle_grid,

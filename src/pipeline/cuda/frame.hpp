@@ -106,6 +106,7 @@ struct HostMemory {
   PinnedBuffer<int> held_count;
   PinnedBuffer<CellRule> vehicle_rules;  ///< likewise
   PinnedBuffer<CellRule> window_rules;
+  PinnedBuffer<float> blur_px;
   PinnedBuffer<std::int16_t> relief;
 };
 

@@ -138,6 +138,11 @@ void CudaStages::set_rules(const TerrainRules& rules) {
   put(rules.window, host_.window_rules.data());
 }
 
+void CudaStages::set_blur(float blur_px) {
+  if (are_grids_in_work_) synchronize();
+  *host_.blur_px.data() = blur_px;
+}
+
 void CudaStages::observe(bool is_usable, std::span<const HeldCell> held) {
   if (are_grids_in_work_) synchronize();
   std::copy(held.begin(), held.end(), host_.held.data());
@@ -220,7 +225,8 @@ void CudaStages::project() {
   const FrameOnDevice* frame{device_.frame()};
   const View<const float, Device> occupancy{std::as_const(device_.u_disparity.occupancy_smooth).view()};
   const auto project_to = [&](const GridInVehicle* grid, DeviceImage<float>& cells) {
-    if (counts_rays()) return project_rays(cuda_, device_.rays, BinGeometry{rig_}, grid, cells.view());
+    if (counts_rays())
+      return project_rays(cuda_, device_.rays, BinGeometry{rig_}, grid, host_.blur_px.data(), cells.view());
     stereogrid::project(cuda_, occupancy, BinGeometry{rig_}, grid, device_.projection, cells.view());
   };
   if (!counts_rays()) find_largest(cuda_, occupancy, device_.projection);

@@ -26,6 +26,7 @@ class CudaStages final : public Stages {
   void estimate_ground() override;
   void set_ground(const Ground& ground) override;
   void set_rules(const TerrainRules& rules) override;
+  void set_blur(float blur_px) override;
   void observe(bool is_usable, std::span<const HeldCell> held) override;
   void filter(std::span<const VelocityEvidence> velocities) override;
   void finish() override;

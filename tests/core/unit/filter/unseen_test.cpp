@@ -222,7 +222,7 @@ TEST(HiddenCellsOfRays, AreUnknown) {
   for (const double yaw_rad : {0.0, 0.4, -1.2, 3.0}) {
     const GridInVehicle grid{grid_in_vehicle({-2, -12, 0.25, 120, 96}, {1, 0.5, yaw_rad})};
     const HiddenCells hidden{sums, geometry, grid};
-    const CellsInView in_view{geometry, grid};
+    const CellsInView in_view{geometry, grid, 0.5f};
     for (int y{0}; y < 96; y += 8) {
       for (int x{0}; x < 120; x += 12) {
         if (!hidden.are_hidden(x, y, x + 11, y + 7)) continue;

@@ -171,15 +171,33 @@ TEST(Rays, MoreColumnsThanTheCountsHoldAreUnknown) {
   const RaySums<Host> sums{std::as_const(space.sums).view()};
   const GridInVehicle one_cell{grid_in_vehicle({9.9, -0.1, 0.2, 1, 1}, {})};
   const auto at_10_m = [&](int most_columns) {  // 8 columns and 5 to either side
-    return occupancy_at(sums, most_columns, CellsInView{BinGeometry{round_rig()}, one_cell}, 0, 0);
+    return occupancy_at(sums, most_columns, CellsInView{BinGeometry{round_rig()}, one_cell, 0.5f}, 0, 0);
   };
   EXPECT_LT(at_10_m(18), 0.1f);
   EXPECT_EQ(at_10_m(17), 0.5f);
   for (const int most_columns : {17, 18}) {
     Image<float> cells{1, 1};
-    project_ray_cells(sums, most_columns, BinGeometry{round_rig()}, one_cell, {0, 0, 1, 1}, cells.view());
+    project_ray_cells(sums, most_columns, {BinGeometry{round_rig()}, one_cell, 0.5f}, {0, 0, 1, 1}, cells.view());
     EXPECT_EQ(cells(0, 0), at_10_m(most_columns));
   }
+}
+
+// An upright surface with noise of uniform distribution.
+Matches noisy_surface(float noise_px) {
+  std::mt19937 generator{7};
+  Matches matches{201, 200};
+  for (float& d : matches.obstacle) d = 8 + static_cast<float>(uniform(generator, -noise_px, noise_px));
+  return matches;
+}
+
+TEST(Blur, GrowsWithTheNoiseBetweenItsLimits) {
+  constexpr int window_px{9};
+  EXPECT_FLOAT_EQ(blur_of(noisy_surface(0), window_px), 0.3f);
+  const float blur{blur_of(noisy_surface(0.2f), window_px)};
+  EXPECT_GT(blur, blur_of(noisy_surface(0.16f), window_px));
+  EXPECT_NEAR(blur, 3 * 0.2f / std::sqrt(3.0f), 0.1f) << "three standard deviations";
+  EXPECT_FLOAT_EQ(blur_of(noisy_surface(0.6f), window_px), widest_blur_px);
+  EXPECT_FLOAT_EQ(blur_of(empty_road(), window_px), widest_blur_px) << "too few obstacle pixels";
 }
 
 Matches random_matches(int width, int height, std::mt19937& generator) {
@@ -226,6 +244,7 @@ TEST(RaysEquality, CpuEqualsReference) {
       for (int frame{0}; frame < 2; ++frame) count_rays(cpu, matches, rig, ground, config, fast);
       ASSERT_EQ(slow.sums, fast.sums) << "round " << round << " " << name_of_target(target);
     }
+    slow.blur_px = fast.blur_px = static_cast<float>(uniform(generator, 0, 0.6));
     const int columns{uniform_int(generator, 1, 150)};
     const GridInVehicle where{grid_in_vehicle({uniform(generator, -5, 5), -4, 0.3, columns, 27},
                                               {uniform(generator, -3, 6), 1, uniform(generator, -3.1, 3.1)})};
