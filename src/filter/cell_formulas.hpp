@@ -128,7 +128,8 @@ template <class T>
 struct ViewOfCell {
   T repeated;  ///< similarity to the view of the step before: 0: different, 1: the same
   T forgetting;
-  T squares;  ///< squared distance from the camera, in cells
+  T coarseness;  ///< depth of a pixel of disparity, relative to the largest at which memory is sharp; 1 at least
+  T squares;     ///< squared distance from the camera, in cells
 };
 
 /// View of the cell in column x and row y.
@@ -143,10 +144,11 @@ STEREOGRID_HD inline ViewOfCell<T> view_of_cell(const FilterStep& step, T x, T y
   const T beyond_left{left - ahead * of(step.view_left)};
   const T beyond_right{of(0) - left - ahead * of(step.view_right)};
   const auto is_in_view = And(ahead > of(0), Max(beyond_left, beyond_right) <= of(0));
-  const T faster{Max(squares / of(step.sharp_squares), of(1))};
-  const T forgetting_in_view{Min(of(step.forgetting_in_view) * faster, of(0.5f))};
+  const T coarseness{Max(squares / of(step.sharp_squares), of(1))};
+  const T forgetting_in_view{Min(of(step.forgetting_in_view) * coarseness, of(0.5f))};
   return {IfThenElseZero(squares > of(step.new_view_squares), of(1) - of(step.new_view_squares) / squares),
-          IfThenElse(is_in_view, forgetting_in_view, of(step.forgetting)), squares};
+          IfThenElse(is_in_view, forgetting_in_view, of(step.forgetting)), IfThenElse(is_in_view, coarseness, of(1)),
+          squares};
 }
 
 /// Limits repeated evidence, since errors repeat while the view is the same. A repeated observation moves a cell to its
@@ -158,6 +160,17 @@ STEREOGRID_HD inline T fresh_ratio(T repeated, T predicted, const CellLikelihood
   const T wanted{likelihood.odds * (one - predicted) / predicted};
   const T capped{Min(Max(wanted, Min(ratio, one)), Max(ratio, one))};
   return ratio + repeated * (capped - ratio);
+}
+
+/// Share of the predicted occupancy that a coarse cell in view keeps: the odds are divided by its coarseness, but not
+/// below those of the observation, nor below 1. docs/method.md §8.4.
+template <class T>
+STEREOGRID_HD inline T kept_where_coarse(T predicted, T coarseness, T observed_odds) {
+  const T one{number(predicted, 1.0f)};
+  const T half{number(predicted, 0.5f)};
+  const T lowered{predicted / (predicted + coarseness * (one - predicted))};
+  const T least{Max(observed_odds / (one + observed_odds), half)};
+  return IfThenElse(predicted > half, Min(Max(lowered, least) / predicted, one), one);
 }
 
 /// `arrived`: Σ m(k) before it; `age_s`: of the cell before the step; `view`: view_of_cell. An unseen cell stays
@@ -172,11 +185,13 @@ STEREOGRID_HD inline UpdateOfCell<T> joint_update(const FilterStep& step, T arri
   const T lacking{IfThenElseZero(age_s > of(never_s), Max(of(0.5f) - total, of(0)))};
   const T kept{one - view.forgetting};
   const T empty{one - total - lacking};
-  const T predicted{kept * (total + lacking) + view.forgetting * empty};
+  const T remembered{kept * (total + lacking) + view.forgetting * empty};
+  const T share{(kept_where_coarse)(remembered, view.coarseness, likelihood.odds)};
+  const T predicted{share * remembered};
   const auto is_repeated = And(view.repeated > of(0), predicted > of(0));
   const T occupied{IfThenElse(is_repeated, fresh_ratio(view.repeated, predicted, likelihood), likelihood.occupied)};
   const T free{IfThenElse(is_repeated, one, likelihood.empty)};
-  const T gain{occupied / (occupied * predicted + free * (one - predicted))};
+  const T gain{share * occupied / (occupied * predicted + free * (one - predicted))};
   const T unseen{gain * kept * lacking};
   const T changed{gain * Min(view.forgetting, of(step.forgetting_in_view)) * empty};
   const T misplaced{gain * view.forgetting * empty - changed};  // by the growth with depth
@@ -185,7 +200,7 @@ STEREOGRID_HD inline UpdateOfCell<T> joint_update(const FilterStep& step, T arri
   const T moving{IfThenElse(was_seen, of(step.appearing_moving), of(step.prior_moving))};
   return {gain * kept * IfThenElse(arrived > one, one / arrived, one),
           (unseen + misplaced) * of(step.prior_static) + changed * standing,
-          (unseen + misplaced) * of(step.prior_moving) + changed * moving, gain * predicted};
+          (unseen + misplaced) * of(step.prior_moving) + changed * moving, gain * remembered};
 }
 
 /// The same for the sums over a cell's masses. New mass has mean velocity 0.

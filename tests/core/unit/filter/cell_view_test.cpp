@@ -69,5 +69,18 @@ TEST(CellView, DecayIsQuickerWhereAPixelIsDeeperThanAMetre) {
   EXPECT_LE(forgetting(40), 0.5f) << "a cell is unknown at most";
 }
 
+// Divides the odds by 4 in cells where a pixel of disparity is 4 m deep, if the frame does not confirm the obstacle.
+TEST(CellView, CoarseObstaclesNeedConfirmation) {
+  const auto kept = [](float predicted, float observed) {
+    return predicted * kept_where_coarse(predicted, 4.0f, observed / (1 - observed));
+  };
+  EXPECT_NEAR(kept(0.9f, 0.5f), 9.0 / 4 / (1 + 9.0 / 4), 1e-6);
+  EXPECT_NEAR(kept(0.9f, 0.8f), 0.8, 1e-6) << "not below the observation";
+  EXPECT_FLOAT_EQ(kept(0.9f, 0.95f), 0.9f);
+  EXPECT_FLOAT_EQ(kept(0.7f, 0.1f), 0.5f) << "unknown at least: free is what is seen to be free";
+  EXPECT_EQ(kept(0.3f, 0.9f), 0.3f);
+  EXPECT_EQ(kept(1.0f, 0.5f), 1.0f);
+}
+
 }  // namespace
 }  // namespace stereogrid::test
