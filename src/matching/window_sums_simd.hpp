@@ -18,29 +18,30 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// out[u] = column(u) + … + column(u + size − 1) for u < width, `size` odd. Sums of 2, 4, 8 … columns are doubled in
-// `powers`, and those of the binary digits of `size` are added. `columns(u)` loads the columns from u on as a vector of
-// D, for u up to width + size and a vector. `out` and `powers` have room for as many.
-template <class D, class Columns>
-void window_sums(D d, const Columns& columns, int width, int size, hn::TFromD<D>* powers, hn::TFromD<D>* out) {
-  const int lanes{static_cast<int>(hn::Lanes(d))};
-  const int length{width + size};
-  for (int u{0}; u < length; u += lanes) {
-    const auto one = columns(u);
-    hn::StoreU(one, d, out + u);
-    hn::StoreU(hn::Add(one, columns(u + 1)), d, powers + u);
+// store(column(u) + … + column(u + size − 1), u) for u < width, `size` odd: the window's columns are added in fours.
+// `columns(u)` loads the columns from u on as a vector of D, for u up to width + size and 128 bytes. `fours` has room
+// for as many. The last 128 bytes that are stored may exceed the width.
+template <class D, class Columns, class Store>
+HWY_INLINE void window_sums(D d, const Columns& columns, int width, int size, hn::TFromD<D>* fours,
+                            const Store& store) {
+  constexpr int lanes{static_cast<int>(hn::MaxLanes(D{}))};
+  constexpr int vectors{128 / static_cast<int>(sizeof(hn::TFromD<D>)) / lanes};
+  for (int u{0}; u < width + size; u += lanes) {
+    const auto sum = hn::Add(hn::Add(columns(u), columns(u + 1)), hn::Add(columns(u + 2), columns(u + 3)));
+    hn::StoreU(sum, d, fours + u);
   }
-  int summed{1};
-  for (int power{2}; power <= size; power *= 2) {
-    const bool is_part{(size & power) != 0};
-    const bool goes_on{2 * power <= size};
-    for (int u{0}; u < length; u += lanes) {
-      if (is_part) hn::StoreU(hn::Add(hn::LoadU(d, out + u), hn::LoadU(d, powers + u + summed)), d, out + u);
-    }
-    for (int u{0}; goes_on && u < length; u += lanes) {
-      hn::StoreU(hn::Add(hn::LoadU(d, powers + u), hn::LoadU(d, powers + u + power)), d, powers + u);
-    }
-    if (is_part) summed += power;
+  const int single{size % 4};
+  for (int u{0}; u < width; u += vectors * lanes) {
+    hn::Vec<D> sums[vectors];
+    for (int i{0}; i < vectors; ++i) sums[i] = columns(u + i * lanes);
+    const auto add = [&](const auto& of, int from, int end, int step) {
+      for (int at{from}; at < end; at += step) {
+        for (int i{0}; i < vectors; ++i) sums[i] = hn::Add(sums[i], of(at + i * lanes));
+      }
+    };
+    add(columns, u + 1, u + single, 1);
+    add([&](int at) { return hn::LoadU(d, fours + at); }, u + single, u + size, 4);
+    for (int i{0}; i < vectors; ++i) store(sums[i], u + i * lanes);
   }
 }
 

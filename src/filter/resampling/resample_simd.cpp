@@ -45,7 +45,7 @@ class ResampledCells {
     const Around around{around_each()};
     store(hn::IfThenElse(is_inside_, smooth(world_.occupancy, around), value(0.5f)), to_.occupancy);
     store(hn::IfThenElseZero(is_inside_, smooth(world_.moving, around)), to_.moving);
-    const Int nearest{index(hn::ConvertTo(ints_, x_), hn::ConvertTo(ints_, y_))};
+    const Int nearest{index(whole(x_), whole(y_))};
     const V never{value(std::numeric_limits<float>::infinity())};
     store(hn::IfThenElse(is_inside_, at(world_.age_s, nearest), never), to_.age_s);
     const EstimateOfVelocity<V> v{
@@ -65,7 +65,7 @@ class ResampledCells {
     const Around around{around_each()};
     store(smooth(world_.occupancy, around), to_.occupancy);
     store(smooth(world_.moving, around), to_.moving);
-    const Int nearest{index(hn::ConvertTo(ints_, x_), hn::ConvertTo(ints_, y_))};
+    const Int nearest{index(whole(x_), whole(y_))};
     store(at(world_.age_s, nearest), to_.age_s);
     const V variance{at(world_.velocity_xx, nearest)};
     store(variance, to_.velocity_xx);
@@ -109,8 +109,8 @@ class ResampledCells {
     const V y{hn::Sub(y_, value(0.5f))};
     const V left{hn::Floor(x)};
     const V low{hn::Floor(y)};
-    const Int ix{hn::ConvertTo(ints_, left)};
-    const Int iy{hn::ConvertTo(ints_, low)};
+    const Int ix{whole(left)};
+    const Int iy{whole(low)};
     const Int next{hn::Set(ints_, 1)};
     const Int lefts{within(ix, world_.geometry.nx)};
     const Int rights{within(hn::Add(ix, next), world_.geometry.nx)};

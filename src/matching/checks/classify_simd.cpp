@@ -79,21 +79,24 @@ HWY_NOINLINE void find_winners(const DecideRow& of_row, ClassifySpace& space) {
   auto* const ranks = reinterpret_cast<std::int32_t*>(space.rank.data());
   float* const evidence{space.evidence.data()};
   float* const labelled{space.labelled.data()};
-  for (int u{0}; u < row.width; u += static_cast<int>(hn::Lanes(d32))) {
-    const auto tilt = hn::ShiftRight<2>(hn::Add(hn::Mul(numbers_from(d32, u), set(row.road.slope)), set(2)));
-    const auto winner = winner_of(upright.from(u), level.from(u), hn::Add(tilt, set(row.road.start)), row.disparities,
-                                  row.subpixel, row.confidences);
+  const int lanes{static_cast<int>(hn::Lanes(d32))};
+  auto place_0 = numbers_from(d32, 1);  // of the disparity 0
+  auto tilt = hn::Add(hn::Mul(hn::Iota(d32, 0), set(row.road.slope)), set(2));
+  for (int u{0}; u < row.width; u += lanes) {
+    const auto road = hn::Add(hn::ShiftRight<2>(tilt), set(row.road.start));
+    const auto winner = winner_of(upright.from(u), level.from(u), road, row.disparities, row.subpixel, row.confidences);
     const auto textured = hn::Gt(hn::PromoteTo(d32, hn::LoadU(d8, row.textured + u)), set(0));
     const auto is_good = condition(winner.disparity, hn::And(winner.is_plausible, textured));
     const auto is_road = condition(winner.disparity, winner.is_road);
-    const auto right_u = hn::Sub(numbers_from(d32, u), winner.whole);
-    const auto place = hn::Min(hn::Max(right_u, set(-1)), set(row.width));
+    const auto place = hn::Min(hn::Max(hn::Sub(place_0, winner.whole), set(0)), set(row.width + 1));
     const auto rank = hn::Or(hn::ShiftLeft<16>(winner.cost), hn::And(winner.whole, set(65535)));
-    hn::StoreU(hn::Add(place, set(1)), d32, places + u);
+    hn::StoreU(place, d32, places + u);
     hn::StoreU(rank, d32, ranks + u);
     hn::StoreU(winner.evidence, df, evidence + u);
-    const auto signed_disparity = hn::IfThenElse(is_road, hn::Neg(winner.disparity), winner.disparity);
-    hn::StoreU(hn::IfThenElseZero(is_good, signed_disparity), df, labelled + u);
+    const auto sign = hn::IfThenElseZero(is_road, hn::Set(df, -0.0f));
+    hn::StoreU(hn::IfThenElseZero(is_good, hn::Xor(winner.disparity, sign)), df, labelled + u);
+    place_0 = hn::Add(place_0, set(lanes));
+    tilt = hn::Add(tilt, set(lanes * row.road.slope));
   }
 }
 

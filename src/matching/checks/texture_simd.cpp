@@ -41,13 +41,11 @@ void finish_row(int width, int half, std::int32_t least, TextureSpace& space, st
   std::fill(columns, columns + half, columns[half]);
   std::fill(columns + half + width, columns + half + width + half, columns[half + width - 1]);
   const auto load = [&](int u) { return hn::PromoteTo(d32, hn::LoadU(d16, columns + u)); };
-  window_sums(d32, load, width, 2 * half + 1, space.powers.data(), space.sums.data());
   const auto too_little = hn::Set(d32, least - 1);
-  for (int u{0}; u < width; u += static_cast<int>(hn::Lanes(d32))) {
-    const auto enough = hn::Gt(hn::LoadU(d32, space.sums.data() + u), too_little);
-    const auto flag = hn::IfThenElseZero(enough, hn::Set(d32, 1));
+  window_sums(d32, load, width, 2 * half + 1, space.fours.data(), [&](auto sums, int u) {
+    const auto flag = hn::IfThenElseZero(hn::Gt(sums, too_little), hn::Set(d32, 1));
     hn::StoreU(hn::DemoteTo(d8, flag), d8, textured + u);
-  }
+  });
 }
 
 void TextureRows(const Padded<std::uint8_t>& left, int half, std::int32_t least, int begin, int end,
@@ -77,8 +75,7 @@ TextureSpace::TextureSpace(int width, int half_window) {
   // two vectors beyond the window's columns
   const std::size_t size{static_cast<std::size_t>(width + 4 * half_window + 2 + 128)};
   columns.resize(size);
-  powers.resize(size);
-  sums.resize(size);
+  fours.resize(size);
 }
 
 void texture_rows(const Padded<std::uint8_t>& left, int half_window, std::int32_t least, int begin, int end,

@@ -16,11 +16,10 @@ struct TextureSpace {
   TextureSpace() = default;
   TextureSpace(int width, int half_window);
 
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(columns, powers, sums); }
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(columns, fours); }
 
   std::vector<std::uint16_t> columns;  ///< [half_window + u]: contrast summed over the window's rows
-  std::vector<std::int32_t> powers;    ///< [u]: sums of 2, 4, 8 … columns
-  std::vector<std::int32_t> sums;      ///< [u]: over the window
+  std::vector<std::int32_t> fours;     ///< [u]: sums of four columns
 };
 
 /// textured = 1 where the window's sum of |L(u+1) − L(u−1)| is at least `least`, else 0, for the rows begin … end − 1;

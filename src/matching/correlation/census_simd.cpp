@@ -78,36 +78,68 @@ void ShortCensusReversed(const std::uint8_t* const* window, int width, int bits,
   });
 }
 
-void ShearRow(const std::uint8_t* right_row, int width, const RoadRow& road, std::uint8_t* out) {
-  const hn::CappedTag<std::int32_t, 16> d32;
-  const hn::Rebind<std::uint8_t, decltype(d32)> d8;
-  const int lanes{static_cast<int>(hn::Lanes(d32))};
+using Columns = hn::CappedTag<std::int32_t, 16>;
+
+// Disparities of the road at columns, in 1/256 px.
+HWY_INLINE hn::Vec<Columns> road_disparity(hn::Vec<Columns> column, const RoadRow& road) {
+  const auto set = [&](std::int32_t value) { return hn::Set(Columns{}, value); };
+  const auto tilt = hn::ShiftRight<2>(hn::Add(hn::Mul(column, set(road.slope)), set(2)));
+  return hn::ShiftRight<8>(hn::Add(tilt, set(road.start + 128)));
+}
+
+// At the row's ends, and where the road's tilt adds up to a pixel.
+void shear_apart(const std::uint8_t* right_row, int width, const RoadRow& road, int u, std::uint8_t* out) {
+  const Columns d32;
   const auto set = [&](std::int32_t value) { return hn::Set(d32, value); };
-  const auto pixel_below = [&](int u) { return (u * 256 - ((road.at(u) + 128) >> 8)) >> 8; };
-  auto column = hn::Iota(d32, 0);
-  auto tilt = hn::Add(hn::Mul(column, set(road.slope)), set(2));
-  for (int u{0}; u < width; u += lanes) {
-    const auto disparity = hn::ShiftRight<8>(hn::Add(hn::ShiftRight<2>(tilt), set(road.start + 128)));
-    const auto position = hn::Sub(hn::ShiftLeft<8>(column), disparity);
-    const auto part = hn::And(position, set(255));
+  const auto column = hn::Add(hn::Iota(d32, 0), set(u));
+  const auto position = hn::Sub(hn::ShiftLeft<8>(column), road_disparity(column, road));
+  const auto below = hn::Min(hn::Max(hn::ShiftRight<8>(position), set(-1)), set(width - 1));
+  // four pixels from `below` on, of which two are used
+  const auto pixels = hn::GatherOffset(d32, reinterpret_cast<const std::int32_t*>(right_row), below);
+  const auto a = hn::And(pixels, set(255));
+  const auto b = hn::And(hn::ShiftRight<8>(pixels), set(255));
+  const auto sum = hn::Add(hn::ShiftLeft<8>(a), hn::Mul(hn::Sub(b, a), hn::And(position, set(255))));
+  const auto grey = hn::ShiftRight<8>(hn::Add(sum, set(128)));
+  const hn::Rebind<std::uint8_t, Columns> d8;
+  hn::StoreU(hn::DemoteTo(d8, grey), d8, out + u);
+}
+
+#if HWY_TARGET != HWY_SCALAR
+// Two vectors of columns whose pixels lie side by side from right_row[first] on.
+HWY_INLINE void shear_evenly(const std::uint8_t* right_row, int first, const RoadRow& road, int u, std::uint8_t* out) {
+  const Columns d32;
+  const hn::Repartition<std::uint16_t, Columns> d16;
+  const hn::Rebind<std::uint8_t, decltype(d16)> d8;
+  const auto set = [&](int value) { return hn::Set(d16, static_cast<std::uint16_t>(value)); };
+  const auto disparity = [&](int at) {
+    return hn::BitCast(d16, road_disparity(hn::Add(hn::Iota(d32, 0), hn::Set(d32, at)), road));
+  };
+  const auto low = disparity(u);
+  const auto high = disparity(u + static_cast<int>(hn::Lanes(d32)));
+  const auto part = hn::And(hn::Sub(set(0), hn::ConcatEven(d16, high, low)), set(255));
+  const auto a = hn::PromoteTo(d16, hn::LoadU(d8, right_row + first));
+  const auto b = hn::PromoteTo(d16, hn::LoadU(d8, right_row + first + 1));
+  // below 65536, though the product may not be
+  const auto sum = hn::Add(hn::Add(hn::ShiftLeft<8>(a), set(128)), hn::Mul(hn::Sub(b, a), part));
+  const hn::Rebind<std::int16_t, decltype(d16)> signed16;
+  hn::StoreU(hn::DemoteTo(d8, hn::BitCast(signed16, hn::ShiftRight<8>(sum))), d8, out + u);
+}
+#endif
+
+void ShearRow(const std::uint8_t* right_row, int width, const RoadRow& road, std::uint8_t* out) {
+  const int lanes{static_cast<int>(hn::Lanes(Columns{}))};
+  for (int u{0}; u < width; u += 2 * lanes) {
+#if HWY_TARGET != HWY_SCALAR
+    const auto pixel_below = [&](int at) { return (at * 256 - ((road.at(at) + 128) >> 8)) >> 8; };
     const int first{pixel_below(u)};
-    auto a = hn::Zero(d32);
-    auto b = hn::Zero(d32);
-    const int last{pixel_below(u + lanes - 1)};
-    if (last - first == lanes - 1 && first >= -1 && last < width) {
-      a = hn::PromoteTo(d32, hn::LoadU(d8, right_row + first));
-      b = hn::PromoteTo(d32, hn::LoadU(d8, right_row + first + 1));
-    } else {  // at the ends, and where the road's tilt adds up to a pixel
-      const auto below = hn::Min(hn::Max(hn::ShiftRight<8>(position), set(-1)), set(width - 1));
-      // four pixels from `below` on, of which two are used
-      const auto pixels = hn::GatherOffset(d32, reinterpret_cast<const std::int32_t*>(right_row), below);
-      a = hn::And(pixels, set(255));
-      b = hn::And(hn::ShiftRight<8>(pixels), set(255));
+    const int last{pixel_below(u + 2 * lanes - 1)};
+    if (last - first == 2 * lanes - 1 && first >= -1 && last < width) {
+      shear_evenly(right_row, first, road, u, out);
+      continue;
     }
-    const auto sum = hn::Add(hn::ShiftLeft<8>(a), hn::Mul(hn::Sub(b, a), part));
-    hn::StoreU(hn::DemoteTo(d8, hn::ShiftRight<8>(hn::Add(sum, set(128)))), d8, out + u);
-    column = hn::Add(column, set(lanes));
-    tilt = hn::Add(tilt, set(lanes * road.slope));
+#endif
+    shear_apart(right_row, width, road, u, out);
+    shear_apart(right_row, width, road, u + lanes, out);
   }
 }
 

@@ -62,15 +62,20 @@ class DifferingBits {
   void take_entering(const std::uint8_t* left, const std::uint8_t* right_reversed) { take(left, right_reversed, 0); }
   void take_leaving(const std::uint8_t* left, const std::uint8_t* right_reversed) { take(left, right_reversed, 1); }
 
-  [[nodiscard]] HWY_INLINE Pixel pixel(std::ptrdiff_t u) const {
+  // Right descriptors of a pixel. Those of the next one lie a byte before, and so on for `steady` pixels.
+  [[nodiscard]] HWY_INLINE const std::uint8_t* right(std::ptrdiff_t u) const {
+    const std::ptrdiff_t of_line{(width_ - 1 - u) & (lanes - 1)};
+    return lines_ + 8 * (width_ - 1 - u - of_line) + of_line;
+  }
+  [[nodiscard]] std::ptrdiff_t steady(std::ptrdiff_t u) const { return ((width_ - 1 - u) & (lanes - 1)) + 1; }
+
+  [[nodiscard]] HWY_INLINE Pixel pixel(std::ptrdiff_t u, const std::uint8_t* right) const {
     const std::ptrdiff_t length{left_length(width_)};
     const auto table = [&](int part) {
       const std::uint8_t* const tables{differing_bits_of_halves[0].data()};
       return hn::Load(Bytes{}, tables + std::ptrdiff_t{left_[part * length + u]} * (lanes / 4));
     };
-    const std::ptrdiff_t x{width_ - 1 - u};
-    const std::ptrdiff_t of_line{x & (lanes - 1)};
-    return {table(0), table(1), table(2), table(3), lines_ + 8 * (x - of_line) + of_line};
+    return {table(0), table(1), table(2), table(3), right};
   }
 
   // At the shifts of the i-th vector, of the entering row, and less those of the leaving one.
@@ -140,10 +145,14 @@ class DifferingBits {
   void take_entering(const std::uint8_t* left, const std::uint8_t* right_reversed) { in_ = {left, right_reversed}; }
   void take_leaving(const std::uint8_t* left, const std::uint8_t* right_reversed) { out_ = {left, right_reversed}; }
 
-  [[nodiscard]] HWY_INLINE Pixel pixel(std::ptrdiff_t u) const {
-    const std::ptrdiff_t x{width_ - 1 - u};
-    return {hn::Set(Bytes{}, in_.left[u]), hn::Set(Bytes{}, out_.left[u]), in_.right_reversed + x,
-            out_.right_reversed + x};
+  [[nodiscard]] HWY_INLINE const std::uint8_t* right(std::ptrdiff_t u) const {
+    return in_.right_reversed + width_ - 1 - u;
+  }
+  [[nodiscard]] std::ptrdiff_t steady(std::ptrdiff_t u) const { return width_ - u; }
+
+  [[nodiscard]] HWY_INLINE Pixel pixel(std::ptrdiff_t u, const std::uint8_t* right) const {
+    return {hn::Set(Bytes{}, in_.left[u]), hn::Set(Bytes{}, out_.left[u]), right,
+            right + (out_.right_reversed - in_.right_reversed)};
   }
 
   static HWY_INLINE V8 entering(const Pixel& pixel, int i) { return differing(pixel.in, pixel.right_in, i); }

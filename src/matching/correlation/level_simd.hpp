@@ -33,8 +33,8 @@ class LevelRows {
         stride_{row_length(width, half_window)},
         boxes_{reinterpret_cast<std::uint16_t*>(memory)},
         differing_{memory + 2 * stride_ * count},
-        power_{differing_ + stride_},
-        rows_{power_ + stride_} {
+        fours_{differing_ + stride_},
+        rows_{fours_ + stride_} {
     std::fill(memory, memory + LevelRows::memory(width, half_window), std::uint8_t{0});
   }
 
@@ -80,7 +80,8 @@ class LevelRows {
       std::fill(differing_, bits, bits[0]);
       std::fill(bits + width_, bits + width_ + half_, bits[width_ - 1]);
       const auto load = [&](int u) { return hn::LoadU(d8, differing_ + u); };
-      window_sums(d8, load, width_, 2 * half_ + 1, power_, row(slot_, k));
+      std::uint8_t* const sums{row(slot_, k)};
+      window_sums(d8, load, width_, 2 * half_ + 1, fours_, [&](V8 of, int u) { hn::Store(of, d8, sums + u); });
     }
   }
 
@@ -136,7 +137,7 @@ class LevelRows {
   std::ptrdiff_t stride_;
   std::uint16_t* boxes_;     // [shift][u]: costs
   std::uint8_t* differing_;  // [half_window + u]: differing bits of a row at one shift
-  std::uint8_t* power_;      // [u]: sums of 2, 4, 8 … columns
+  std::uint8_t* fours_;      // [u]: sums of four columns
   std::uint8_t* rows_;       // [slot][shift][u]: differing bits summed over the window's columns
 };
 

@@ -98,10 +98,20 @@ class UprightBlock {
 
   // Stores the best sums and those beside them, and takes them out of the search.
   void mask_least(int count) {
+    const hn::ScalableTag<std::int32_t> d32;
+    constexpr int at_once{static_cast<int>(hn::MaxLanes(d32))};
+    auto before_shift_0 = hn::Mul(hn::Iota(d32, 0), hn::Set(d32, stride));
+    before_shift_0 = hn::Add(before_shift_0, hn::Set(d32, lanes - 1));
+    alignas(64) std::int32_t places[pixels];
+    for (int pixel{0}; pixel < pixels; pixel += at_once) {
+      const auto least = hn::Load(d32, least_[0] + pixel);
+      const auto eighths = hn::ShiftLeft<3>(hn::And(least, hn::Set(d32, std::int32_t{scale - 1})));
+      hn::Store(hn::Add(hn::Add(before_shift_0, eighths), hn::ShiftRight<16>(least)), d32, places + pixel);
+      before_shift_0 = hn::Add(before_shift_0, hn::Set(d32, at_once * stride));
+    }
+#pragma GCC unroll 4
     for (int pixel{0}; pixel < count; ++pixel) {
-      const auto least = static_cast<std::uint32_t>(least_[0][pixel]);
-      const std::uint32_t shift{8 * (least % scale) + (least >> 16)};
-      std::uint16_t* const from{sums_of(pixel) + shift - 1};
+      std::uint16_t* const from{sums_ + places[pixel]};
       std::uint64_t around;
       std::memcpy(&around, from, sizeof around);
       around_[pixel] = around;
@@ -112,11 +122,12 @@ class UprightBlock {
 
   void find_second(int count) {
     const Words d16;
+#pragma GCC unroll 2
     for (int pixel{0}; pixel < count; ++pixel) {
       const std::uint16_t* const sums{sums_of(pixel)};
       auto least = hn::Load(d16, sums);
       for (int i{1}; i < vectors; ++i) least = hn::Min(least, hn::Load(d16, sums + i * lanes));
-      second_[pixel] = hn::GetLane(minimum16(folded(d16, least)));
+      second_[pixel] = hn::ExtractLane(minimum16(folded(d16, least)), 0);
     }
   }
 

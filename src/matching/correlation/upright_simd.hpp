@@ -101,10 +101,7 @@ class UprightRows {
   void add_row(const std::uint8_t* left, const std::uint8_t* right_reversed) {
     bits_.take_entering(left, right_reversed);
     bits_.take_leaving(left, right_reversed);
-    for (int u{0}; u < width_; ++u) {
-      const auto pixel = bits_.pixel(u);
-      update_column([&](int i) { return DifferingBits::entering(pixel, i); }, column(u));
-    }
+    change_columns(0, width_, [](const auto& pixel, int i) { return DifferingBits::entering(pixel, i); });
   }
 
   // Adds a row, takes one away.
@@ -127,24 +124,27 @@ class UprightRows {
 
   [[nodiscard]] std::uint8_t* column(std::ptrdiff_t u) const { return columns_ + u * n; }
 
+  // Adds change(pixel, i) to the i-th vector of each column.
   template <class Change>
-  static HWY_INLINE void update_column(const Change& change, std::uint8_t* column) {
+  HWY_INLINE void change_columns(std::ptrdiff_t begin, std::ptrdiff_t end, const Change& change) const {
     const Bytes d8;
-    for (int i{0}; i < vectors; ++i) {
-      std::uint8_t* at{column + i * lanes};
-      hn::Store(hn::Add(hn::Load(d8, at), in_column_order(change(i))), d8, at);
+    std::uint8_t* at{column(begin)};
+    const auto bits = bits_;  // the loop writes bytes, which may alias members
+    for (std::ptrdiff_t u{begin}; u < end;) {
+      const std::uint8_t* right{bits.right(u)};
+      for (const std::ptrdiff_t steady_end{std::min(u + bits.steady(u), end)}; u < steady_end; ++u, --right) {
+        const auto pixel = bits.pixel(u, right);
+        for (int i{0}; i < vectors; ++i, at += lanes) {
+          hn::Store(hn::Add(hn::Load(d8, at), in_column_order(change(pixel, i))), d8, at);
+        }
+      }
     }
   }
 
   // Columns beyond both ends repeat the border; the left ones are ready with the first, the right ones with the last.
   HWY_INLINE void update_columns(std::ptrdiff_t begin, std::ptrdiff_t end) const {
-    const std::ptrdiff_t last{std::min<std::ptrdiff_t>(end, width_)};
-    std::uint8_t* at{column(begin)};
-    const auto bits = bits_;  // the loop writes bytes, which may alias members
-    for (std::ptrdiff_t u{begin}; u < last; ++u, at += n) {
-      const auto pixel = bits.pixel(u);
-      update_column([&](int i) { return DifferingBits::change(pixel, i); }, at);
-    }
+    change_columns(begin, std::min<std::ptrdiff_t>(end, width_),
+                   [](const auto& pixel, int i) { return DifferingBits::change(pixel, i); });
     if (begin == 0) {
       for (int i{1}; i <= half_ + 1; ++i) std::copy_n(column(0), n, column(-i));
     }

@@ -178,7 +178,7 @@ class CellVectors {
     const VFloat column{hn::Sub(floats(cells_.cx_px), hn::Mul(columns_per_m, left_m))};
     const VFloat last{floats(static_cast<float>(columns_of(sums_) + 1))};
     const VFloat limited{hn::Min(hn::Max(column, floats(-2)), last)};
-    return hn::Sub(hn::ConvertTo(Ints{}, hn::Add(limited, floats(3))), ints(2));
+    return hn::Sub(whole(hn::Add(limited, floats(3))), ints(2));
   }
   [[nodiscard]] HWY_INLINE VInt within(VInt column) const {
     return hn::Min(hn::Max(column, ints(0)), ints(columns_of(sums_)));
@@ -191,7 +191,7 @@ class CellVectors {
   [[nodiscard]] HWY_INLINE Between place_of(VFloat disparity) const {
     const VFloat last{floats(static_cast<float>(bins_of(sums_)))};
     const VFloat place{hn::Min(hn::Max(hn::Mul(disparity, floats(ray_bins_per_px)), floats(0)), last)};
-    const VInt k{hn::Min(hn::ConvertTo(Ints{}, place), ints(bins_of(sums_) - 1))};
+    const VInt k{hn::Min(whole(place), ints(bins_of(sums_) - 1))};
     return {k, hn::Sub(place, hn::ConvertTo(Floats{}, k))};
   }
   // Both bins of a place lie side by side: loads of both are faster than gathers of one. All are stored before the
