@@ -14,6 +14,7 @@ import re
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from pathlib import Path
 
@@ -22,6 +23,7 @@ CELLS = 400
 LARGE_HZ = 10
 LARGE_CELLS = {683: "0.47 MB", 1366: "1.9 MB"}
 SIZE = "1242x375"
+HANGS_S = 40
 LOOPBACK = ('<CycloneDDS><Domain><General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>'
             "<AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
             '<Peers><Peer address="127.0.0.1"/></Peers></Discovery></Domain></CycloneDDS>')
@@ -43,7 +45,10 @@ class Part:
                                         env=os.environ | {"ROS_DOMAIN_ID": "99"} | env)
 
     def end(self) -> tuple:
+        timer = threading.Timer(HANGS_S, self.process.kill)  # a reader of Fast DDS may loop without end
+        timer.start()
         _, _, usage = os.wait4(self.process.pid, 0)
+        timer.cancel()
         cpu = 100 * (usage.ru_utime + usage.ru_stime) / (time.monotonic() - self.begun)
         self.file.seek(0)
         return self.file.read(), cpu
@@ -65,7 +70,7 @@ def row(what: str, sent: str, topics: int, received: str, ours: float, theirs: f
 
 def ros_node(ros: Path, what: str, seconds: int) -> Part:
     env = {"AMENT_PREFIX_PATH": str(ros), "LD_LIBRARY_PATH": str(ros / "lib"), "RMW_IMPLEMENTATION": "rmw_fastrtps_cpp"}
-    return Part(ros / "bin/python", __file__, "node", what, seconds, env=LOCAL | env)
+    return Part(ros / "bin/python", "-u", __file__, "node", what, seconds, env=LOCAL | env)
 
 
 def grids(folder: Path, what: str, reader: Part, env: dict, seconds: int, topic="/map", cells=CELLS, hz=HZ) -> None:
