@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <array>
 #include <optional>
-#include <ranges>
 #include <set>
+#include <sstream>
 #include <string_view>
 #include <tuple>
 #include <utility>
@@ -88,10 +88,10 @@ std::tuple<bool, bool, bool> worth(const Topic* images) {
 std::string camera_of(const Topic& images) {
   constexpr std::array<std::string_view, 4> kinds{"color", "gray", "rect", "raw"};
   std::string camera;
-  for (const auto& part : std::views::split(parent_of(base_of(images)), '/')) {
-    std::string_view folder{part.begin(), part.end()};
+  std::istringstream folders{parent_of(base_of(images))};
+  for (std::string folder; std::getline(folders, folder, '/');) {
     for (const std::string_view suffix : {"_gray", "_raw"}) {
-      if (folder.ends_with(suffix)) folder.remove_suffix(suffix.size());
+      if (folder.ends_with(suffix)) folder.resize(folder.size() - suffix.size());
     }
     if (std::ranges::find(kinds, folder) == kinds.end()) camera.append("/").append(folder);
   }
