@@ -82,7 +82,7 @@ def grids(folder: Path, what: str, reader: Part, env: dict, seconds: int, topic=
 
 
 def pairs(folder: Path, what: str, start, env: dict, seconds: int) -> None:
-    reader = Part(folder / "bench_dds", folder / "libstereogrid_dds.so", "receive", "/stereo", seconds + 4, env=env)
+    reader = Part(folder / "bench_dds", folder / "libstereogrid_dds.so", "receive", "/stereo", seconds + 12, env=env)
     time.sleep(1)
     sender = start()
     sent, theirs = sender.end()
