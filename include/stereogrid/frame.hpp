@@ -73,6 +73,18 @@ struct StereoFrame {
   std::vector<ObservedGrid> other_grids{};  ///< grids of other sources; fused with the stereo pair's grid
 };
 
+/// Images of a StereoFrame in foreign memory.
+struct FrameImages {
+  FrameImages() = default;
+  // NOLINTNEXTLINE(google-explicit-constructor): a frame has such images
+  FrameImages(const StereoFrame& frame)
+      : left{frame.left.view()}, right{frame.right.view()}, disparity{frame.disparity.view()} {}
+
+  View<const std::uint8_t> left;
+  View<const std::uint8_t> right;
+  View<const float> disparity;
+};
+
 /// A recorded, simulated or live sequence of frames.
 class STEREOGRID_EXPORT FrameSource {
  public:

@@ -93,6 +93,8 @@ class STEREOGRID_EXPORT Pipeline {
   /// Writes the result to `into`, which is replaced and never read. Its memory is reused; nothing is allocated if it
   /// was filled by this pipeline before. Unchanged after InputError, undefined after DeviceError.
   void process(const StereoFrame& frame, FrameResult& into);
+  /// Reads `images` in place of those of `frame`, without a copy. Their memory must not change during the call.
+  void process(const StereoFrame& frame, const FrameImages& images, FrameResult& into);
 
   /// Resets the state: the next frame counts as a first one, whatever its stamp. Filter, tracks, features, ground and
   /// row offsets restart as at construction; estimated extrinsics are kept. The world frame continues: ids are not

@@ -44,20 +44,22 @@ void check_grid(const ObservedGrid& grid, const std::string& frame_name) {
           "Occupancy and confidence must lie in 0 … 1; unknown is 0.5.");
 }
 
-void check_images(const StereoFrame& frame, const Rig& rig) {
-  if (frame.right.empty() == frame.disparity.empty()) {
+void check_images(const FrameImages& images, const Rig& rig, const std::string& frame_name) {
+  if (images.right.empty() == images.disparity.empty()) {
     throw InputError{
-        "frame " + frame.name,
-        frame.right.empty() ? "has neither a right image nor disparities." : "has both a right image and disparities.",
+        "frame " + frame_name,
+        images.right.empty() ? "has neither a right image nor disparities." : "has both a right image and disparities.",
         "Give one of them."};
   }
-  const auto fits = [&](const auto& image) {
-    return image.empty() || (image.width() == rig.width_px && image.height() == rig.height_px);
+  const auto size = [](int width, int height) { return std::to_string(width) + " × " + std::to_string(height); };
+  const auto check_size = [&](const char* name, const auto& image) {
+    if (image.width == rig.width_px && image.height == rig.height_px) return;
+    throw InputError{"frame " + frame_name, std::string{name} + " has " + size(image.width, image.height) + " pixels.",
+                     "The calibration is of " + size(rig.width_px, rig.height_px) + "."};
   };
-  if (frame.left.empty() || !fits(frame.left) || !fits(frame.right) || !fits(frame.disparity)) {
-    throw InputError{"frame " + frame.name, "the images do not have the calibration's size.",
-                     "Both must be " + std::to_string(rig.width_px) + " × " + std::to_string(rig.height_px) + "."};
-  }
+  check_size("left", images.left);
+  if (!images.right.empty()) check_size("right", images.right);
+  if (!images.disparity.empty()) check_size("disparity", images.disparity);
 }
 
 }  // namespace
@@ -95,8 +97,8 @@ void check(const Config& config, const Rig& rig, const PipelineOptions& options)
   throw ConfigError{message};
 }
 
-void check(const StereoFrame& frame, const Rig& rig) {
-  check_images(frame, rig);
+void check(const StereoFrame& frame, const FrameImages& images, const Rig& rig) {
+  check_images(images, rig, frame.name);
   const Pose2 pose{frame.world_from_vehicle.value_or(Pose2{})};
   if (!std::isfinite(pose.x_m) || !std::isfinite(pose.y_m) || !std::isfinite(pose.yaw_rad)) {
     throw InputError{"frame " + frame.name, "its pose is not finite.", "Give numbers, or leave the pose out."};

@@ -12,7 +12,7 @@ namespace stereogrid {
 void check(const Config& config, const Rig& rig, const PipelineOptions& options);
 
 /// Throws InputError where a frame's images, pose or other grids cannot be used.
-void check(const StereoFrame& frame, const Rig& rig);
+void check(const StereoFrame& frame, const FrameImages& images, const Rig& rig);
 
 /// Finite, and in a range with a resolution much finer than a cell.
 bool is_place(const Pose2& pose);

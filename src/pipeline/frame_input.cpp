@@ -35,15 +35,15 @@ void FrameInput::set_rig(const Rig& rig) {
   rig_ = rig;
 }
 
-void FrameInput::check(const StereoFrame& frame) const {
-  stereogrid::check(frame, rig_);
+void FrameInput::check(const StereoFrame& frame, const FrameImages& images) const {
+  stereogrid::check(frame, images, rig_);
   if (clock_.stands_still(frame.stamp_ns)) {
     throw InputError{"frame " + frame.name, "its stamp is that of the frame before.",
                      "Every frame needs a stamp of its own."};
   }
 }
 
-LevelFrame FrameInput::convert(const StereoFrame& frame, Cpu& cpu, FrameResult& result) {
+LevelFrame FrameInput::convert(const StereoFrame& frame, const FrameImages& images, Cpu& cpu, FrameResult& result) {
   clock_before_ = clock_;
   ego_motion_before_ = ego_motion_;
   FrameClock::Tick tick{clock_.tick(frame.stamp_ns)};
@@ -58,11 +58,11 @@ LevelFrame FrameInput::convert(const StereoFrame& frame, Cpu& cpu, FrameResult& 
   const double travelled_m{dt_s > 0 && frame.world_from_vehicle
                                ? std::hypot(pose.x_m - before.x_m, pose.y_m - before.y_m)
                                : std::numeric_limits<double>::infinity()};
-  LevelFrame converted{frame.left.view(), frame.right.view(),     frame.disparity.view(), pose, dt_s,
-                       frame.other_grids, view(pose, travelled_m)};
+  LevelFrame converted{images.left, images.right,      images.disparity,       pose,
+                       dt_s,        frame.other_grids, view(pose, travelled_m)};
   converted.restarts = tick.leap.has_value();
   if (!levelling_.is_needed()) return converted;
-  level(frame, cpu);
+  level(images, cpu);
   converted.left = left_.view();
   converted.right = right_.view();
   if (converted.is_given()) converted.disparity = disparity_.view();
@@ -82,10 +82,10 @@ CameraView FrameInput::view(const Pose2& world_from_vehicle, double travelled_m)
           focal_baseline_pxm * travelled_m, focal_baseline_pxm};
 }
 
-void FrameInput::level(const StereoFrame& frame, Cpu& cpu) {
-  levelling_.apply(cpu, frame.left.view(), left_.view());
-  if (!frame.right.empty()) levelling_.apply(cpu, frame.right.view(), right_.view());
-  if (!frame.disparity.empty()) levelling_.apply(cpu, frame.disparity.view(), disparity_.view());
+void FrameInput::level(const FrameImages& images, Cpu& cpu) {
+  levelling_.apply(cpu, images.left, left_.view());
+  if (!images.right.empty()) levelling_.apply(cpu, images.right, right_.view());
+  if (!images.disparity.empty()) levelling_.apply(cpu, images.disparity, disparity_.view());
 }
 
 void FrameInput::rewind() {

@@ -26,10 +26,10 @@ class FrameInput {
   void set_rig(const Rig& rig);
 
   /// Throws InputError: the frame does not fit the rig, or has the stamp of the frame before.
-  void check(const StereoFrame& frame) const;
-  /// The views are of `frame` or of this object's images, until the next call. Sets status and warnings of clock and
+  void check(const StereoFrame& frame, const FrameImages& images) const;
+  /// The views are `images` or of this object's images, until the next call. Sets status and warnings of clock and
   /// poses in `result`.
-  LevelFrame convert(const StereoFrame& frame, Cpu& cpu, FrameResult& result);
+  LevelFrame convert(const StereoFrame& frame, const FrameImages& images, Cpu& cpu, FrameResult& result);
   /// Time and world as they were before the last convert(): the same frame may be converted again.
   void rewind();
   /// Makes the next frame a first one.
@@ -44,7 +44,7 @@ class FrameInput {
  private:
   Pose2 place(const StereoFrame& frame, double dt_s, FrameResult& result);
   [[nodiscard]] CameraView view(const Pose2& world_from_vehicle, double travelled_m) const;
-  void level(const StereoFrame& frame, Cpu& cpu);
+  void level(const FrameImages& images, Cpu& cpu);
 
   Rig rig_;
   Levelling levelling_;

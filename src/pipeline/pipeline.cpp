@@ -133,21 +133,21 @@ struct Pipeline::Implementation {
   }
 
   // Without StagesOptions::stage_images the stages work in images of the pipeline's own.
-  void process(const StereoFrame& frame, FrameResult& into) {
-    input.check(frame);
+  void process(const StereoFrame& frame, const FrameImages& images, FrameResult& into) {
+    input.check(frame, images);
     Stopwatch watch;
-    process_on_rig(frame, into);
+    process_on_rig(frame, images, into);
     std::string found{use_found_extrinsics()};
     if (is_first && !found.empty()) {  // a pair alone gets a grid, too
       input.rewind();
-      process_on_rig(frame, into);
+      process_on_rig(frame, images, into);
     }
     if (!found.empty()) into.warnings.push_back(std::move(found));
     is_first = false;
     into.timing_ms.total = watch.lap();
   }
 
-  void process_on_rig(const StereoFrame& frame, FrameResult& into) {
+  void process_on_rig(const StereoFrame& frame, const FrameImages& images, FrameResult& into) {
     make_room(config, options.horizons_s, into);
     if (!options.stages) into.stages = std::exchange(unwanted_stages, {});
     make_room(config, input.level_rig(), into.stages);
@@ -156,7 +156,7 @@ struct Pipeline::Implementation {
     into.rig = input.rig();
     into.level_rig = input.level_rig();
 
-    const LevelFrame converted{input.convert(frame, cpu, into)};
+    const LevelFrame converted{input.convert(frame, images, cpu, into)};
     frames->process(converted, into);
     if (!into.predictions.empty()) frames->stages().predict(converted.world_from_vehicle, into);
 
@@ -233,14 +233,18 @@ Pipeline::Implementation& Pipeline::implementation() const {
 const FrameResult& Pipeline::process(const StereoFrame& frame) {
   Implementation& self{implementation()};
   const Exclusive use{self.in_use};
-  self.process(frame, self.result);
+  self.process(frame, frame, self.result);
   return self.result;
 }
 
 void Pipeline::process(const StereoFrame& frame, FrameResult& into) {
+  process(frame, frame, into);
+}
+
+void Pipeline::process(const StereoFrame& frame, const FrameImages& images, FrameResult& into) {
   Implementation& self{implementation()};
   const Exclusive use{self.in_use};
-  self.process(frame, into);
+  self.process(frame, images, into);
 }
 
 void Pipeline::reset() {

@@ -4,7 +4,9 @@
 // The whole pipeline on images smaller than its windows and narrower than its disparities.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
+#include <utility>
 
 #include "stereogrid/error.hpp"
 #include "stereogrid/pipeline.hpp"
@@ -105,6 +107,40 @@ TEST(Pipeline, StagesThatNobodyWantsAreEmpty) {
     EXPECT_EQ(result.obstacle_density, expected.obstacle_density);
     EXPECT_TRUE(result.stages.obstacle_disparity.empty());
     EXPECT_TRUE(result.stages.occupancy_smooth.empty());
+  }
+}
+
+// Rows with gaps between them.
+template <class T>
+std::pair<Image<T>, View<const T>> with_gaps(const Image<T>& image) {
+  constexpr int gap{3};
+  Image<T> wide{image.width() + gap, image.height(), T{77}};
+  for (int v{0}; v < image.height(); ++v) std::copy_n(image.row(v), image.width(), wide.row(v));
+  const View<const T> view{wide.data(), image.width(), image.height(), wide.width()};
+  return {std::move(wide), view};
+}
+
+TEST(Pipeline, ReadsImagesInPlace) {
+  for (const test::Run& run : {test::Run{rig_of(61, 40), MatchingMethod::correlation, false},
+                               test::Run{rig_of(61, 40), MatchingMethod::semi_global, false},
+                               test::Run{rig_of(61, 40), MatchingMethod::correlation, true}}) {
+    Pipeline of_frames{small_config(run.method), run.rig, {.threads = 1}};
+    Pipeline of_views{small_config(run.method), run.rig, {.threads = 1}};
+    FrameResult result;
+    for (int i{0}; i < 5; ++i) {
+      StereoFrame frame{noise_frame(run, i)};
+      const FrameResult& expected{of_frames.process(frame)};
+      const auto [left, left_view] = with_gaps(std::exchange(frame.left, {}));
+      const auto [right, right_view] = with_gaps(std::exchange(frame.right, {}));
+      const auto [disparity, disparity_view] = with_gaps(std::exchange(frame.disparity, {}));
+      FrameImages images;
+      images.left = left_view;
+      images.right = right_view;
+      images.disparity = disparity_view;
+      of_views.process(frame, images, result);
+      EXPECT_EQ(result.stages.obstacle_disparity, expected.stages.obstacle_disparity);
+      EXPECT_EQ(result.vehicle.occupancy, expected.vehicle.occupancy);
+    }
   }
 }
 
