@@ -189,6 +189,16 @@ void assign(Image<std::uint8_t>& grey, const Array& pixels, const PixelOptions& 
   assign_pixels(grey, pixels, options);
 }
 
+View<const std::uint8_t> grey_of(const Array& pixels, const PixelOptions& options, Image<std::uint8_t>& copy) {
+  const Py_buffer& buffer{pixels.buffer()};
+  const bool is_grey{buffer.ndim == 2 && pixels.dtype() == "uint8" && options.color.empty()};
+  if (is_grey && buffer.strides[1] == 1 && buffer.strides[0] >= buffer.shape[1]) {
+    return {static_cast<const std::uint8_t*>(buffer.buf), length(pixels, 1), length(pixels, 0), buffer.strides[0]};
+  }
+  assign(copy, pixels, options);
+  return copy.view();
+}
+
 void assign(Image<float>& measured, const Array& values, double units) {
   if (values.buffer().ndim != 2) complain_of_shape(values, "(height, width)");
   if (values.dtype() == "float32") {

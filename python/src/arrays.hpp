@@ -73,6 +73,10 @@ struct PixelOptions {
 /// ValueError, InputError.
 void assign(Image<std::uint8_t>& grey, const Array& pixels, const PixelOptions& options);
 
+/// Grey levels in place if they are rows of uint8, else written to `copy` as by assign().
+[[nodiscard]] View<const std::uint8_t> grey_of(const Array& pixels, const PixelOptions& options,
+                                               Image<std::uint8_t>& copy);
+
 /// Writes disparities or depths of (height, width) float, or uint16 divided by `units` (0: uint16 is rejected). Values
 /// that are not finite or not positive become 0 = none. Throws TypeError, ValueError.
 void assign(Image<float>& measured, const Array& values, double units);

@@ -35,62 +35,74 @@ PipelineOptions PyPipeline::with(PipelineOptions options, const MountedRig& rig,
   return options;
 }
 
-std::unique_ptr<Result> PyPipeline::process(const Frame& frame) {
+ResultObject PyPipeline::process(const Frame& frame) {
   const Busy busy{*this};
+  ResultObject result{new_result()};
+  auto& of_frame{nb::cast<Result&>(result)};
   const nb::gil_scoped_release release;
-  auto result{std::make_unique<Result>(results_)};
-  pipeline_.process(frame.data, result->data);
-  if (frame.odometry_ms) result->data.timing_ms.odometry = *frame.odometry_ms;
-  if (!frame.warning.empty()) result->data.warnings.push_back(frame.warning);
-  result->name = frame.data.name;
-  result->index = frame.data.index;
-  result->stamp_ns = frame.data.stamp_ns;
-  next_stamp_ns_ = frame.data.stamp_ns + assumed_step_ns_;
-  next_index_ = frame.data.index + 1;
+  run(frame, frame.data, of_frame);
   return result;
 }
 
-void PyPipeline::fill(const ArrayFrame& arrays, const Array& left, const Array& other) {
-  const nb::gil_scoped_release release;
-  StereoFrame& frame{frame_.data};
-  assign(frame.left, left, arrays.pixels);
-  if (!arrays.right.is_none()) {
-    assign(frame.right, other, arrays.pixels);
-    frame.disparity = {};
-    return;
-  }
-  frame.right = {};
-  if (!arrays.disparity.is_none()) {
-    assign(frame.disparity, other, 0);
-  } else {
-    Image<float> depth_m;
-    assign(depth_m, other, arrays.depth_scale.value_or(1000));
-    frame.disparity = io::disparity_from_depth(depth_m, pipeline_.rig());
-  }
+void PyPipeline::run(const Frame& frame, const FrameImages& images, Result& result) {
+  pipeline_.process(frame.data, images, result.data);
+  if (frame.odometry_ms) result.data.timing_ms.odometry = *frame.odometry_ms;
+  if (!frame.warning.empty()) result.data.warnings.push_back(frame.warning);
+  result.name = frame.data.name;
+  result.index = frame.data.index;
+  result.stamp_ns = frame.data.stamp_ns;
+  next_stamp_ns_ = frame.data.stamp_ns + assumed_step_ns_;
+  next_index_ = frame.data.index + 1;
 }
 
-std::unique_ptr<Result> PyPipeline::process(ArrayFrame arrays) {
+FrameImages PyPipeline::images_of(const ArrayFrame& arrays, const Array& left, const Array& other) {
+  StereoFrame& copies{frame_.data};
+  FrameImages images;
+  images.left = grey_of(left, arrays.pixels, copies.left);
+  if (!arrays.right.is_none()) {
+    images.right = grey_of(other, arrays.pixels, copies.right);
+    return images;
+  }
+  if (!arrays.disparity.is_none()) {
+    assign(copies.disparity, other, 0);
+  } else {
+    const double units_per_m{arrays.depth_scale.value_or(1000)};
+    if (!(units_per_m > 0))
+      throw nb::value_error(fmt::format("depth_scale: {} (allowed above 0).", units_per_m).c_str());
+    Image<float> depth_m;
+    assign(depth_m, other, units_per_m);
+    copies.disparity = io::disparity_from_depth(depth_m, pipeline_.rig());
+  }
+  images.disparity = copies.disparity.view();
+  return images;
+}
+
+ResultObject PyPipeline::process(ArrayFrame arrays) {
   const int given{!arrays.right.is_none() + !arrays.disparity.is_none() + !arrays.depth.is_none()};
   if (given != 1) {
     throw nb::type_error("process(): give exactly one of right, disparity and depth beside left.");
   }
-  {
-    const Busy busy{*this};
-    const Array left{arrays.left, "left"};
-    const Array other{!arrays.right.is_none()       ? arrays.right
-                      : !arrays.disparity.is_none() ? arrays.disparity
-                                                    : arrays.depth,
-                      !arrays.right.is_none()       ? "right"
-                      : !arrays.disparity.is_none() ? "disparity"
-                                                    : "depth"};
-    fill(arrays, left, other);
-    frame_.data.stamp_ns = arrays.stamp_ns.value_or(next_stamp_ns_);
-    frame_.data.index = next_index_;
-    frame_.data.name = fmt::format("{:06}", next_index_);
-    frame_.data.world_from_vehicle = arrays.pose;
-    frame_.data.other_grids = std::move(arrays.other_grids);
-  }
-  return process(frame_);
+  const Busy busy{*this};
+  const Array left{arrays.left, "left"};
+  const Array other{!arrays.right.is_none()       ? arrays.right
+                    : !arrays.disparity.is_none() ? arrays.disparity
+                                                  : arrays.depth,
+                    !arrays.right.is_none()       ? "right"
+                    : !arrays.disparity.is_none() ? "disparity"
+                                                  : "depth"};
+  ResultObject result{new_result()};
+  auto& of_frame{nb::cast<Result&>(result)};
+  const nb::gil_scoped_release release;
+  const FrameImages images{images_of(arrays, left, other)};
+  StereoFrame& frame{frame_.data};
+  frame.stamp_ns = arrays.stamp_ns.value_or(next_stamp_ns_);
+  frame.index = next_index_;
+  const std::string number{std::to_string(next_index_)};
+  frame.name.assign(6 - std::min<std::size_t>(6, number.size()), '0') += number;
+  frame.world_from_vehicle = arrays.pose;
+  frame.other_grids = std::move(arrays.other_grids);
+  run(frame_, images, of_frame);
+  return result;
 }
 
 namespace {

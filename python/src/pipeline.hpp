@@ -32,8 +32,8 @@ class PyPipeline {
   PyPipeline(const Config& config, const MountedRig& rig, const app::DeviceOptions& device, PipelineOptions options)
       : pipeline_{config, rig.rig, with(std::move(options), rig, device)} {}
 
-  [[nodiscard]] std::unique_ptr<Result> process(const Frame& frame);
-  [[nodiscard]] std::unique_ptr<Result> process(ArrayFrame arrays);
+  [[nodiscard]] ResultObject process(const Frame& frame);
+  [[nodiscard]] ResultObject process(ArrayFrame arrays);
 
   template <class Do>
   auto exclusively(const Do& act) {
@@ -58,7 +58,11 @@ class PyPipeline {
   };
 
   static PipelineOptions with(PipelineOptions options, const MountedRig& rig, const app::DeviceOptions& device);
-  void fill(const ArrayFrame& arrays, const Array& left, const Array& other);
+  [[nodiscard]] FrameImages images_of(const ArrayFrame& arrays, const Array& left, const Array& other);
+  /// Created before the frame is processed, as the processor's caches hold nothing of Python after it.
+  [[nodiscard]] ResultObject new_result() const { return nb::cast(std::make_unique<Result>(results_)); }
+  /// Without the GIL.
+  void run(const Frame& frame, const FrameImages& images, Result& result);
 
   Pipeline pipeline_;
   std::shared_ptr<ResultPool> results_{std::make_shared<ResultPool>()};

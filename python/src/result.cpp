@@ -190,15 +190,15 @@ void bind_facts(nb::class_<Result>& result) {
 
 }  // namespace
 
-FrameResult ResultPool::take() {
+std::unique_ptr<FrameResult> ResultPool::take() {
   const std::lock_guard lock{mutex_};
-  if (free_.empty()) return {};
-  FrameResult result{std::move(free_.back())};
+  if (free_.empty()) return std::make_unique<FrameResult>();
+  std::unique_ptr<FrameResult> result{std::move(free_.back())};
   free_.pop_back();
   return result;
 }
 
-void ResultPool::give_back(FrameResult&& result) noexcept {
+void ResultPool::give_back(std::unique_ptr<FrameResult> result) noexcept {
   const std::lock_guard lock{mutex_};
   if (free_.capacity() < capacity_) free_.reserve(capacity_);
   if (free_.size() < capacity_) free_.push_back(std::move(result));

@@ -18,28 +18,32 @@ namespace stereogrid::python {
 /// keeps none allocates as little as the C++ loop does.
 class ResultPool {
  public:
-  [[nodiscard]] FrameResult take();
-  void give_back(FrameResult&& result) noexcept;
+  [[nodiscard]] std::unique_ptr<FrameResult> take();
+  void give_back(std::unique_ptr<FrameResult> result) noexcept;
 
  private:
   static constexpr std::size_t capacity_{4};
   std::mutex mutex_;
-  std::vector<FrameResult> free_;
+  std::vector<std::unique_ptr<FrameResult>> free_;
 };
 
 /// Result of a frame that Python owns. Views point into it and keep it alive; no later frame changes it.
 struct Result {
-  explicit Result(std::shared_ptr<ResultPool> results) : pool{std::move(results)}, data{pool->take()} {}
+  explicit Result(std::shared_ptr<ResultPool> results) : pool{std::move(results)}, memory{pool->take()} {}
   Result(const Result&) = delete;
   Result& operator=(const Result&) = delete;
-  ~Result() { pool->give_back(std::move(data)); }
+  ~Result() { pool->give_back(std::move(memory)); }
 
   std::shared_ptr<ResultPool> pool;
-  FrameResult data;
+  std::unique_ptr<FrameResult> memory;
+  FrameResult& data{*memory};
   std::string name;
   std::int64_t index{0};
   std::int64_t stamp_ns{0};
 };
+
+/// A Result in Python.
+using ResultObject = nanobind::typed<nanobind::object, Result>;
 
 /// Adds the class of images between the stages.
 void bind_stages(nanobind::module_& module);

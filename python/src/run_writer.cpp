@@ -64,17 +64,18 @@ class RunWriter {
     return frames_;
   }
 
-  [[nodiscard]] std::unique_ptr<Result> process(const Frame& frame) {
+  [[nodiscard]] ResultObject process(const Frame& frame) {
     if (options_.resume && !frames_) throw nb::value_error("resume: iterate over the RunWriter, not the recording.");
     last_.reset();
-    std::unique_ptr<Result> result{fuses_lidar() ? fused(frame) : pipeline_.process(frame)};
+    ResultObject result{fuses_lidar() ? fused(frame) : pipeline_.process(frame)};
     const Rig next_rig{pipeline_.exclusively([](const Pipeline& p) { return p.next_rig(); })};
     const auto index{static_cast<std::size_t>(frame.data.index)};
     record_.set_rig(next_rig);
     last_ = index;
     if (index >= first_to_write_) {
+      const auto& written{nb::cast<const Result&>(result)};
       const nb::gil_scoped_release release;
-      write(frame, *result);
+      write(frame, written);
     }
     return result;
   }
@@ -111,12 +112,12 @@ class RunWriter {
     return from.first;
   }
 
-  [[nodiscard]] std::unique_ptr<Result> fused(const Frame& frame) {
+  [[nodiscard]] ResultObject fused(const Frame& frame) {
     Frame with_lidar{frame};
     const std::string warning{
         lidar_.add_grid(with_lidar.data, pipeline_.exclusively([](const Pipeline& p) { return p.next_rig(); }))};
-    std::unique_ptr<Result> result{pipeline_.process(with_lidar)};
-    if (!warning.empty()) result->data.warnings.push_back(warning);
+    ResultObject result{pipeline_.process(with_lidar)};
+    if (!warning.empty()) nb::cast<Result&>(result).data.warnings.push_back(warning);
     return result;
   }
 

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 import numpy as np
@@ -37,6 +38,7 @@ def test_arrays_equal_the_frame(scene: sg.Recording, frames: list[sg.Frame]) -> 
         lambda image: np.ascontiguousarray(image[::-1])[::-1],
         lambda image: np.repeat(np.repeat(image, 2, 0), 3, 1)[::2, ::3],
         lambda image: np.repeat(image[:, :, None], 3, 2)[:, :, 1],
+        lambda image: np.pad(image, ((0, 0), (5, 9)))[:, 5:-9],
         lambda image: image.astype(np.uint16) << 8,
         lambda image: image.astype(np.float32),
         lambda image: image.astype(np.float64)[::-1][::-1],
@@ -47,6 +49,19 @@ def test_equal_pixels_give_equal_results(change: Any, scene: sg.Recording, frame
     left, right = frames[0].left, frames[0].right
     expected = occupancy(scene, left, right)
     np.testing.assert_array_equal(occupancy(scene, change(left), change(right)), expected)
+
+
+def test_images_are_not_kept(scene: sg.Recording, frames: list[sg.Frame]) -> None:
+    expected = sg.Pipeline(sg.preset("default"), scene.rig, device="cpu")
+    pipeline = sg.Pipeline(sg.preset("default"), scene.rig, device="cpu")
+    left, right = np.empty_like(frames[0].left), np.empty_like(frames[0].left)
+    references = sys.getrefcount(left)
+    for frame in frames:
+        left[:], right[:] = frame.left, frame.right
+        result = pipeline.process(left, right, stamp_ns=frame.stamp_ns, pose=frame.pose)
+        assert sys.getrefcount(left) == references
+        left[:] = right[:] = 0
+        np.testing.assert_array_equal(result.occupancy, expected.process(frame).occupancy)
 
 
 def test_bits_and_color(scene: sg.Recording, frames: list[sg.Frame]) -> None:
@@ -114,7 +129,7 @@ def test_other_grids(scene: sg.Recording, frames: list[sg.Frame]) -> None:
         (np.zeros((160, 256, 2), np.uint8), ValueError, "left: shape (160, 256, 2) (expected (height, width), or"),
         (np.zeros(160, np.uint8), ValueError, "left: shape (160,)"),
         (np.zeros((0, 256), np.uint8), ValueError, "left: shape (0, 256) has no pixels"),
-        (np.zeros((100, 256), np.uint8), sg.InputError, "256 × 160"),
+        (np.zeros((100, 256), np.uint8), sg.InputError, "left has 256 × 100 pixels. The calibration is of 256 × 160."),
         (np.full((160, 256), 0.5), ValueError, "Multiply by 255"),
         (np.full((160, 256), np.nan), ValueError, "allowed 0 to 255"),
         (np.full((160, 256), 256.0), ValueError, "allowed 0 to 255"),
@@ -138,6 +153,8 @@ def test_bad_disparities(pipeline: sg.Pipeline, frames: list[sg.Frame]) -> None:
         pipeline.process(left, disparity=np.zeros(left.shape, np.int16))
     with pytest.raises(TypeError, match="depth: dtype uint8"):
         pipeline.process(left, depth=left)
+    with pytest.raises(ValueError, match="depth_scale: 0"):
+        pipeline.process(left, depth=left.astype(np.uint16), depth_scale=0)
     with pytest.raises(TypeError, match="exactly one of right, disparity and depth"):
         pipeline.process(left)
     with pytest.raises(TypeError, match="exactly one of right, disparity and depth"):
