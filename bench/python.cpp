@@ -6,7 +6,6 @@
 #include <cstdint>
 
 #include "stereogrid/pipeline.hpp"
-#include "stereogrid/pixel_view.hpp"
 #include "stereogrid/scenes/scene.hpp"
 
 namespace {
@@ -16,6 +15,7 @@ struct Loop {
 
   stereogrid::Pipeline pipeline;
   stereogrid::StereoFrame frame;
+  stereogrid::FrameResult result;
 };
 
 double now_us() {
@@ -34,15 +34,16 @@ STEREOGRID_EXPORT void delete_loop(void* loop) {
   delete static_cast<Loop*>(loop);
 }
 
-/// Time of a frame outside Pipeline::process()'s own clock, in µs: copy of the pixels, checks and call.
-STEREOGRID_EXPORT double frame_us(void* loop, const void* left, const void* right, int width_px, int height_px,
-                                  std::int64_t stamp_ns) {
-  auto& [pipeline, frame]{*static_cast<Loop*>(loop)};
+/// Time of a frame outside Pipeline::process()'s own clock, in µs: checks and call.
+STEREOGRID_EXPORT double frame_us(void* loop, const std::uint8_t* left, const std::uint8_t* right, int width_px,
+                                  int height_px, std::int64_t stamp_ns) {
+  auto& [pipeline, frame, result]{*static_cast<Loop*>(loop)};
   const double begin_us{now_us()};
-  assign(frame.left, stereogrid::PixelView{left, width_px, height_px});
-  assign(frame.right, stereogrid::PixelView{right, width_px, height_px});
   frame.stamp_ns = stamp_ns;
-  const double total_ms{pipeline.process(frame).timing_ms.total};
-  return now_us() - begin_us - 1e3 * total_ms;
+  stereogrid::FrameImages images;
+  images.left = {left, width_px, height_px, width_px};
+  images.right = {right, width_px, height_px, width_px};
+  pipeline.process(frame, images, result);
+  return now_us() - begin_us - 1e3 * result.timing_ms.total;
 }
 }
