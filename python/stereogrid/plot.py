@@ -16,6 +16,8 @@ from . import Frame, FrameResult, GridGeometry, Obstacle, Rig
 
 MOVING_MPS = 1.0
 """Cells and obstacles below this speed have no arrow."""
+NEAR_M = 10.0
+"""Static objects within this distance are drawn with their height."""
 
 
 def _extent(grid: GridGeometry) -> tuple[float, float, float, float]:
@@ -44,12 +46,12 @@ def _arrows(axes: Any, result: FrameResult, every: int) -> None:
     axes.quiver(y, x, vy[iy, ix], vx[iy, ix], color="tab:blue", angles="xy", scale_units="xy", scale=4, width=0.004)
 
 
+def _closed(points: Any, obstacle: Obstacle) -> Any:
+    return np.vstack([points, points[:1]]) if obstacle.kind == "object" else points
+
+
 def _outline(axes: Any, obstacle: Obstacle) -> None:
-    points = obstacle.outline
-    if len(points) == 0:
-        return
-    if obstacle.kind == "object":
-        points = np.vstack([points, points[:1]])
+    points = _closed(obstacle.outline, obstacle)
     color = "tab:red" if obstacle.moving else "tab:orange"
     axes.plot(points[:, 1], points[:, 0], color=color, linewidth=1.5)
     if obstacle.moving:
@@ -95,14 +97,22 @@ def _in_image(rig: Rig, x_m: Any, y_m: Any, z_m: Any) -> tuple[Any, Any]:
 
 
 def overlay(frame: Frame, result: FrameResult, axes: Any = None) -> Any:
-    """Draws the left image with the feet of the obstacles' outlines and their heights."""
+    """Draws the left image with the outlines of confirmed obstacles on the ground, of moving and near ones upright."""
     axes = axes or plt.subplots()[1]
     axes.imshow(frame.left, cmap="gray", vmin=0, vmax=255)
     for obstacle in result.obstacles:
+        if not obstacle.confirmed or obstacle.coasting:
+            continue
         points = obstacle.outline[obstacle.outline[:, 0] > 1.0]
-        color = "tab:red" if obstacle.moving else "tab:orange"
-        for z in (0.0, obstacle.height_m):
-            axes.plot(*_in_image(result.rig, points[:, 0], points[:, 1], z), color=color, linewidth=1)
+        x, y = _closed(points, obstacle).T
+        style = {"color": "tab:red" if obstacle.moving else "tab:orange", "linewidth": 1}
+        foot = _in_image(result.rig, x, y, 0.0)
+        axes.plot(*foot, **style)
+        is_near = obstacle.kind == "object" and np.hypot(obstacle.x_m, obstacle.y_m) < NEAR_M
+        if obstacle.moving or is_near:
+            top = _in_image(result.rig, x, y, obstacle.height_m)
+            axes.plot(*top, **style)
+            axes.plot(*np.stack([foot, top], 1), **style)
     axes.set_xlim(0, result.rig.width_px)
     axes.set_ylim(result.rig.height_px, 0)
     axes.set_axis_off()
@@ -111,7 +121,8 @@ def overlay(frame: Frame, result: FrameResult, axes: Any = None) -> Any:
 
 def frame(frame: Frame, result: FrameResult) -> Any:
     """Returns a figure of overlay() above grid()."""
-    figure, (above, below) = plt.subplots(2, 1, figsize=(7, 10), layout="constrained")
+    ratios = (result.rig.height_px / result.rig.width_px, result.grid.nx / result.grid.ny)
+    figure, (above, below) = plt.subplots(2, 1, figsize=(7, 10), layout="constrained", height_ratios=ratios)
     overlay(frame, result, above)
     grid(result, below)
     return figure
