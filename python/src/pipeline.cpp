@@ -129,13 +129,13 @@ void bind_process(nb::class_<PyPipeline>& pipeline) {
       "thread.");
   pipeline.def(
       "process",
-      [](PyPipeline& self, nb::object left, nb::object right, nb::object disparity, nb::object depth,
+      [](PyPipeline& self, nb::handle left, nb::handle right, nb::handle disparity, nb::handle depth,
          std::optional<double> depth_scale, std::optional<std::int64_t> stamp_ns, std::optional<Pose2> pose,
          std::vector<ObservedGrid> other_grids, const std::string& color, std::optional<int> bits) {
         PixelOptions pixels{color};
         pixels.bits = bits.value_or(pixels.bits);
-        return self.process(ArrayFrame{std::move(left), std::move(right), std::move(disparity), std::move(depth),
-                                       depth_scale, stamp_ns, pose, std::move(other_grids), pixels});
+        return self.process(
+            ArrayFrame{left, right, disparity, depth, depth_scale, stamp_ns, pose, std::move(other_grids), pixels});
       },
       nb::arg("left"), nb::arg("right") = nb::none(), nb::kw_only(), nb::arg("disparity") = nb::none(),
       nb::arg("depth") = nb::none(), nb::arg("depth_scale") = nb::none(), nb::arg("stamp_ns") = nb::none(),

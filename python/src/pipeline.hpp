@@ -18,7 +18,7 @@ namespace stereogrid::python {
 
 /// Optional arguments of process() with arrays.
 struct ArrayFrame {
-  nb::object left, right, disparity, depth;
+  nb::handle left, right, disparity, depth;  // the caller keeps them alive
   std::optional<double> depth_scale;
   std::optional<std::int64_t> stamp_ns;
   std::optional<Pose2> pose;
