@@ -11,4 +11,5 @@ run = sg.read_run(sys.argv[1])
 figures = sg.evaluate(sys.argv[1], *sys.argv[2:3], truth="lidar")
 print(f"{len(run)} frames of preset {run.preset}, cells of {run.grid.cell_size_m} m")
 for name, series in figures["series"].items():
-    print(name, {key: value for key, value in series.items() if isinstance(value, (int, float))})
+    for band, scores in series["bands"].items():
+        print(f"{name} {band}:", {key: scores[key]["value"] for key in ("auc", "missed", "false_alarms")})
