@@ -33,7 +33,7 @@ template <class V>
 HWY_INLINE auto real(V values) {
   return hn::ConvertTo(hn::Rebind<float, hn::DFromV<V>>{}, values);
 }
-// Of values within the integers' range; hn::ConvertTo spends five instructions on others.
+// Assumes values within the integers' range; hn::ConvertTo spends five instructions on others.
 template <class V>
 HWY_INLINE auto whole(V values) {
   using Ints = hn::Rebind<std::int32_t, hn::DFromV<V>>;

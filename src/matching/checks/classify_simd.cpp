@@ -80,7 +80,7 @@ HWY_NOINLINE void find_winners(const DecideRow& of_row, ClassifySpace& space) {
   float* const evidence{space.evidence.data()};
   float* const labelled{space.labelled.data()};
   const int lanes{static_cast<int>(hn::Lanes(d32))};
-  auto place_0 = numbers_from(d32, 1);  // of the disparity 0
+  auto place_0 = numbers_from(d32, 1);  // place at disparity 0
   auto tilt = hn::Add(hn::Mul(hn::Iota(d32, 0), set(row.road.slope)), set(2));
   for (int u{0}; u < row.width; u += lanes) {
     const auto road = hn::Add(hn::ShiftRight<2>(tilt), set(row.road.start));
