@@ -173,9 +173,7 @@ class HostStages final : public Stages {
 
   void apply(View<const CellRule> rules, Image<float>& cells) {
     cpu_.for_ranges(rules.height, 8, [&](int begin, int end) {
-      for (int y{begin}; y < end; ++y) {
-        for (int x{0}; x < rules.width; ++x) cells(x, y) = ruled(cells(x, y), rules(x, y));
-      }
+      for (int y{begin}; y < end; ++y) apply_rules(rules.row(y), rules.width, cells.row(y));
     });
   }
 

@@ -32,6 +32,17 @@ CellRule rule_of(const CellGround& ground, float raised_m, CellRule unknown) {
   return unknown;
 }
 
+template <class T>
+void fill_rows(Image<T>& image, int begin, int end, T value) {
+  std::fill_n(image.row(begin), static_cast<std::size_t>(end - begin) * static_cast<std::size_t>(image.width()), value);
+}
+
+void clear_rows(FrameResult& result, int begin, int end) {
+  fill_rows(result.elevation_m, begin, end, std::numeric_limits<float>::quiet_NaN());
+  fill_rows(result.elevation_sigma_m, begin, end, std::numeric_limits<float>::quiet_NaN());
+  fill_rows(result.terrain, begin, end, TerrainClass::unknown);
+}
+
 }  // namespace
 
 FrameTerrain::FrameTerrain(const Rig& level_rig, const Config& config, const GridGeometry& vehicle_grid,
@@ -51,6 +62,8 @@ FrameTerrain::FrameTerrain(const Rig& level_rig, const Config& config, const Gri
 }
 
 void FrameTerrain::write_vehicle(const GridInVehicle& grid, int begin, int end, FrameResult& result) {
+  clear_rows(result, begin, end);
+  fill_rows(vehicle_rules_, begin, end, unknown_);
   terrain_.visit(grid, begin, end, [&](int ix, int iy, const CellGround& ground) {
     result.elevation_m(ix, iy) = ground.elevation_m;
     result.elevation_sigma_m(ix, iy) = ground.sigma_m;
@@ -60,6 +73,7 @@ void FrameTerrain::write_vehicle(const GridInVehicle& grid, int begin, int end, 
 }
 
 void FrameTerrain::write_window(const GridInVehicle& grid, int begin, int end) {
+  fill_rows(window_rules_, begin, end, unknown_);
   terrain_.visit(grid, begin, end, [&](int ix, int iy, const CellGround& ground) {
     window_rules_(ix, iy) = rule_of(ground, raised_m_, unknown_);
   });
@@ -68,9 +82,12 @@ void FrameTerrain::write_window(const GridInVehicle& grid, int begin, int end) {
 void FrameTerrain::bound_filtered(FrameResult& result) const {
   const auto bound = [](const Image<CellRule>& rules, Image<float>& occupancy) {
     for (int iy{0}; iy < rules.height(); ++iy) {
-      for (int ix{0}; ix < rules.width(); ++ix) {
-        occupancy(ix, iy) = std::max(occupancy(ix, iy), least_filtered(rules(ix, iy)));
-      }
+      float* const row{occupancy.row(iy)};
+      for_cells(rules.row(iy), rules.width(), [row](int begin, int end, CellRule rule) {
+        const float least{least_filtered(rule)};
+        if (least == 0) return;
+        for (int ix{begin}; ix < end; ++ix) row[ix] = std::max(row[ix], least);
+      });
     }
   };
   bound(vehicle_rules_, result.vehicle.occupancy);
@@ -78,9 +95,7 @@ void FrameTerrain::bound_filtered(FrameResult& result) const {
 }
 
 void FrameTerrain::clear(FrameResult& result) {
-  result.elevation_m.fill(std::numeric_limits<float>::quiet_NaN());
-  result.elevation_sigma_m.fill(std::numeric_limits<float>::quiet_NaN());
-  result.terrain.fill(TerrainClass::unknown);
+  clear_rows(result, 0, result.terrain.height());
 }
 
 }  // namespace stereogrid

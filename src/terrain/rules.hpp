@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <cstring>
 
 #include "ground/relief.hpp"
 #include "host_device.hpp"
@@ -23,11 +25,37 @@ constexpr float ruled_edge{0.7f};
 constexpr float doubtful_free{0.2f};
 
 STEREOGRID_HD inline float ruled(float occupancy, CellRule rule) {
-  if (rule == CellRule::ground_not_seen) return occupancy > doubtful_free ? Max(occupancy, 0.5f) : occupancy;
-  if (rule == CellRule::not_free) return Max(occupancy, 0.5f);
+  const float not_free{Max(occupancy, 0.5f)};
+  if (rule == CellRule::ground_not_seen) return occupancy > doubtful_free ? not_free : occupancy;
+  if (rule == CellRule::not_free) return not_free;
   if (rule == CellRule::free) return Min(occupancy, ruled_free);
   if (rule == CellRule::obstacle) return Max(occupancy, ruled_obstacle);
   return rule == CellRule::edge ? Max(occupancy, ruled_edge) : occupancy;
+}
+
+/// Calls work(begin, end, rule) for all cells of a row: for sixteen of the same rule, or for one.
+template <class Work>
+void for_cells(const CellRule* rules, int cells, const Work& work) {
+  constexpr int many{16};
+  for (int i{0}; i < cells; i += many) {
+    if (i + many <= cells && std::memcmp(rules + i, rules + i + 1, many - 1) == 0) {
+      work(i, i + many, rules[i]);
+      continue;
+    }
+    for (int k{i}; k < std::min(i + many, cells); ++k) work(k, k + 1, rules[k]);
+  }
+}
+
+/// Applies ruled() to a row.
+inline void apply_rules(const CellRule* rules, int cells, float* occupancy) {
+  for_cells(rules, cells, [occupancy](int begin, int end, CellRule rule) {
+    const auto apply = [&](CellRule to_all) {
+      for (int i{begin}; i < end; ++i) occupancy[i] = ruled(occupancy[i], to_all);
+    };
+    // the rules of most cells as constants, with which the loop becomes vectors
+    if (rule == CellRule::ground_not_seen) return apply(CellRule::ground_not_seen);
+    rule == CellRule::not_free ? apply(CellRule::not_free) : apply(rule);
+  });
 }
 
 /// Least filtered occupancy in a frame with that rule: near observations override memory of ground that looked free

@@ -90,6 +90,47 @@ void Terrain::begin_walks() {
   }
 }
 
+void Terrain::count_observed_rings() {
+  observed_rings_ = 0;
+  for (int sector{0}; sector < samples_.sectors(); ++sector) {
+    int ring{rings_.count()};
+    const auto is_unknown = [&](const PolarCell& cell) {
+      return cell.kind == TerrainClass::unknown && std::isnan(cell.elevation_m);
+    };
+    while (ring > observed_rings_ && is_unknown(cells_(ring - 1, sector))) --ring;
+    observed_rings_ = std::max(observed_rings_, ring);
+  }
+}
+
+void Terrain::CellSpan::clip(float start, float step) {
+  if (step == 0) {
+    if (start < 0) end = begin;
+    return;
+  }
+  const int root{static_cast<int>(std::clamp(-start / step, -1.0f, static_cast<float>(end)))};
+  step > 0 ? begin = std::max(begin, root) : end = std::min(end, root + 1);
+}
+
+// Between the first and the last observed ring, and in the image; and a cell more, for what rounding may shift.
+Terrain::CellSpan Terrain::observed_cells(const CellPlaces& cells, float half_m, int iy, int nx) const {
+  if (observed_rings_ == 0) return {0, 0};
+  const float x{cells.x_of(0, iy)};
+  const float y{cells.y_of(0, iy)};
+  const float margin_m{3 * half_m};
+  CellSpan span{0, nx};
+  // sum of a · x, b · y and c is at least 0
+  const auto clip = [&](float a, float b, float c) {
+    span.clip(a * x + b * y + c, a * cells.along + b * cells.across);
+  };
+  clip(1, 0, margin_m - rings_.begin_m(0));
+  clip(-1, 0, margin_m + rings_.end_m(observed_rings_ - 1));
+  const float focal_px{camera_.focal_px};
+  const float left_px{static_cast<float>(rig_.cx_px) + 0.5f};
+  clip(left_px, -focal_px, focal_px * margin_m);
+  clip(static_cast<float>(rig_.width_px) - left_px, focal_px, focal_px * margin_m);
+  return span;
+}
+
 // Without branches, and with all members in variables, which g++ turns into vectors. Outside the image, sectors are one
 // before the first or behind the last one. A cell at the image's border has its sector.
 void Terrain::place(const CellPlaces& cells, float half_m, int ix, int iy, PolarPlaces& polar) const {
@@ -98,6 +139,7 @@ void Terrain::place(const CellPlaces& cells, float half_m, int ix, int iy, Polar
   const float centre_px{static_cast<float>(rig_.cx_px) + 0.5f};
   const float width_px{static_cast<float>(rig_.width_px)};
   const int end{samples_.sectors() - 1};
+  const Rings& rings{rings_};
   for (std::size_t i{0}; i < PolarPlaces::size; ++i) {
     const int column{ix + static_cast<int>(i)};
     const float x{cells.x_of(column, iy)};
@@ -111,37 +153,36 @@ void Terrain::place(const CellPlaces& cells, float half_m, int ix, int iy, Polar
     const int right{sector_at(y - half_m)};
     const int least{first | none_if(right < first)};
     polar.x[i] = x;
-    polar.disparity[i] = focal_baseline_pxm / ahead;
+    polar.ring[i] = rings.place_of(focal_baseline_pxm / ahead);
     polar.first[i] = first;
     polar.last[i] = Min(Max(Max(right - 1, sector_at(y)), least), end) | none_if(x <= half_m);
   }
 }
 
-CellGround Terrain::ground_at(const PolarPlaces& polar, std::size_t cell) const {
-  const int first{polar.first[cell]};
-  const int last{polar.last[cell]};
-  if (first > last) return {};
-  const int ring{rings_.at_disparity(polar.disparity[cell])};
-  if (ring == no_ring) return {};
-  const float x{polar.x[cell]};
+Terrain::RingPart Terrain::part_of(int ring, int first, int last) const {
   CellSectors found;
-  float wide_m{0};  // NaN: not all sectors have any
+  float wide_m{0};
   for (int sector{first}; sector <= last; ++sector) {
     found.add(cells_(ring, sector));
     wide_m += relief_.wide_elevation(sector, ring);
   }
-  CellGround ground;
-  ground.kind = found.kind();
-  if (found.seen == 0) return ground;
   const auto seen = static_cast<float>(found.seen);
-  const float slope{found.slope / seen};
-  ground.elevation_m = found.elevation_m / seen + slope * (x - rings_.middle_m(ring));
-  const float wide{wide_m / static_cast<float>(found.sectors)};
-  if (std::abs(ground.elevation_m - wide) < limits_.step_m / 2) ground.raised_m = wide;  // false: NaN
-  const auto r = static_cast<std::size_t>(ring);
-  const float noise{camera_.height_sigma(camera_.height_m - ground.elevation_m, slope, x, sigma_px_[r])};
+  return {ring,
+          first,
+          last,
+          found.kind(),
+          found.seen > 0,
+          found.elevation_m / seen,
+          found.slope / seen,
+          wide_m / static_cast<float>(found.sectors)};
+}
+
+void Terrain::set_elevation(float x, const RingPart& part, CellGround& ground) const {
+  const auto r = static_cast<std::size_t>(part.ring);
+  ground.elevation_m = part.elevation_m + part.slope * (x - rings_.middle_m(part.ring));
+  if (std::abs(ground.elevation_m - part.wide_m) < limits_.step_m / 2) ground.raised_m = part.wide_m;  // false: NaN
+  const float noise{camera_.height_sigma(camera_.height_m - ground.elevation_m, part.slope, x, sigma_px_[r])};
   ground.sigma_m = std::sqrt(noise * noise + plane_sigma_m_[r] * plane_sigma_m_[r]);
-  return ground;
 }
 
 void Terrain::add_edges(std::vector<EdgePoint>& edges) const {

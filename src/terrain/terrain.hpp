@@ -68,20 +68,24 @@ class Terrain {
     for_sectors([&](int sector) { relief_.profile(sector, camera_, rings_, sigma_px_.data(), cells_.row(sector)); });
     relief_.count_level(rings_.count());
     for_sectors([&](int sector) { relief_.fill(sector, camera_, rings_, cells_.row(sector)); });
+    count_observed_rings();
   }
   /// Edges of the last find(), from left to right: one a sector at most.
   void add_edges(std::vector<EdgePoint>& edges) const;
-  /// Calls work(ix, iy, ground) for the cells of rows begin … end − 1.
+  /// Calls work(ix, iy, ground) for the cells of rows begin … end − 1 that may have ground; the others have
+  /// CellGround{}.
   template <class Work>
   void visit(const GridInVehicle& grid, int begin, int end, const Work& work) const {
     const CellPlaces places{grid, {0, 0}, 1};
     const float half_m{static_cast<float>(grid.grid.cell_size_m / 2)};
     PolarPlaces polar;
+    RingPart part;  // neighbours often lie in the same one
     for (int iy{begin}; iy < end; ++iy) {
-      for (int ix{0}; ix < grid.grid.nx; ix += PolarPlaces::size) {
+      const CellSpan row{observed_cells(places, half_m, iy, grid.grid.nx)};
+      for (int ix{row.begin}; ix < row.end; ix += PolarPlaces::size) {
         place(places, half_m, ix, iy, polar);
-        const int cells{std::min(PolarPlaces::size, grid.grid.nx - ix)};
-        for (int i{0}; i < cells; ++i) work(ix + i, iy, ground_at(polar, static_cast<std::size_t>(i)));
+        const int cells{std::min(PolarPlaces::size, row.end - ix)};
+        for (int i{0}; i < cells; ++i) work(ix + i, iy, ground_at(polar, static_cast<std::size_t>(i), part));
       }
     }
   }
@@ -95,15 +99,50 @@ class Terrain {
     static constexpr int size{32};
 
     std::array<float, size> x;
-    std::array<float, size> disparity;  ///< px
-    std::array<int, size> first;        ///< sectors first … last; none, or not ahead: first > last
+    std::array<int, size> ring;   ///< for Rings::at_place
+    std::array<int, size> first;  ///< sectors first … last; none, or not ahead: first > last
     std::array<int, size> last;
   };
+  /// Mean of neighbouring sectors of a ring.
+  struct RingPart {
+    int ring{no_ring};
+    int first{0};
+    int last{0};
+    TerrainClass kind{TerrainClass::unknown};
+    bool is_seen{false};
+    float elevation_m{0};
+    float slope{0};
+    float wide_m{0};  ///< NaN: not all sectors have any
+  };
 
+  /// Cells begin … end − 1 of a grid's row.
+  struct CellSpan {
+    int begin;
+    int end;
+
+    /// Drops cells at which start + step · ix < 0.
+    void clip(float start, float step);
+  };
+
+  [[nodiscard]] CellSpan observed_cells(const CellPlaces& cells, float half_m, int iy, int nx) const;
   void place(const CellPlaces& cells, float half_m, int ix, int iy, PolarPlaces& polar) const;
-  [[nodiscard]] CellGround ground_at(const PolarPlaces& polar, std::size_t cell) const;
+  [[nodiscard]] CellGround ground_at(const PolarPlaces& polar, std::size_t cell, RingPart& part) const {
+    const int first{polar.first[cell]};
+    const int last{polar.last[cell]};
+    if (first > last) return {};
+    const int ring{rings_.at_place(polar.ring[cell])};
+    if (ring == no_ring) return {};
+    if (ring != part.ring || first != part.first || last != part.last) part = part_of(ring, first, last);
+    CellGround ground;
+    ground.kind = part.kind;
+    if (part.is_seen) set_elevation(polar.x[cell], part, ground);
+    return ground;
+  }
+  [[nodiscard]] RingPart part_of(int ring, int first, int last) const;
+  void set_elevation(float x, const RingPart& part, CellGround& ground) const;
   void begin(const Ground& ground);
   void begin_walks();
+  void count_observed_rings();
   [[nodiscard]] WalkInput input() const {
     return {camera_, limits_, rings_, samples_, sigma_px_.data(), judged_rings_, window_rows_};
   }
@@ -120,6 +159,7 @@ class Terrain {
   TrenchFilter trenches_;
   TerrainRelief relief_;
   int judged_rings_{0};
+  int observed_rings_{0};  // up to the last one with a known cell
   Ground ground_;
   TerrainCamera camera_;
 };

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <utility>
 
 #include "terrain/terrain.hpp"
@@ -52,7 +53,8 @@ struct Seen {
 
 inline Seen walked(const Vehicle& vehicle, const Image<float>& disparity) {
   const GridGeometry& grid{vehicle.grid};
-  Seen seen{{grid.nx, grid.ny}, {grid.nx, grid.ny}, {grid.nx, grid.ny}, {}};
+  constexpr float none_m{std::numeric_limits<float>::quiet_NaN()};
+  Seen seen{{grid.nx, grid.ny, none_m}, {grid.nx, grid.ny, none_m}, {grid.nx, grid.ny}, {}};
   const Image<float> none{disparity.width(), disparity.height()};
   Terrain terrain{vehicle.rig,
                   vehicle.limits,
