@@ -86,5 +86,5 @@ STEREOGRID_HD inline T likelihood_of(const Evidence& evidence, T vx_mps, T vy_mp
   const T one{number(x, 1.0f)};
   const T squared_distance{evidence.xx * x * x + number(x, 2.0f) * evidence.xy * x * y + evidence.yy * y * y};
   const T near{one / (one + number(x, 0.5f) * squared_distance)};
-  return number(x, likelihood_floor) + near * near;
+  return number(x, likelihood_floor) + near * near * near;
 }

@@ -18,8 +18,8 @@ constexpr double reach{2};
 constexpr double share_of_information{0.5};
 /// Maximum information of a cell in points, as their errors are correlated.
 constexpr double weight_max{4};
-/// Least likelihood of standstill that evidence of it has: 2.2 standard deviations.
-constexpr float standstill_min{0.1f};
+/// Least likelihood of standstill that evidence of it has: 2.3 standard deviations.
+constexpr float standstill_min{0.04f};
 /// Share from which on a view counts as repeated.
 constexpr double repeated_min{0.8};
 
