@@ -92,7 +92,7 @@ def blur_of(obstacle: np.ndarray, window_px: int) -> float:
     if alike.sum() < 100:
         return 0.5
     parts = np.sort((abs(before - 2 * here + after)[alike] * 64).astype(int))
-    return float(np.clip(2.1 * (parts[(len(parts) - 1) // 2] + 0.5) / 64, 0.3, 0.5))
+    return float(np.clip(2.1 * (parts[(len(parts) - 1) // 2] + 0.5) / 64, 0.35, 0.5))
 
 
 def features_of(sums: dict, rig: dict, grid: dict, ix, iy, blur: float) -> np.ndarray:

@@ -22,7 +22,7 @@ constexpr float same_surface_px{1.5f};
 constexpr float blur_per_difference{2.1f};
 
 /// Chosen on B-crossing: below it walls of one cell are missed.
-constexpr float narrowest_blur_px{0.3f};
+constexpr float narrowest_blur_px{0.35f};
 constexpr int least_differences{100};
 
 }  // namespace
