@@ -55,9 +55,10 @@ class Terrain {
     for_sectors([&](int sector) { samples_.read(sector, obstacle, road); });
     for_sectors([&](int sector) { samples_.place(sector, rings_); });
     begin_walks();
+    for_sectors([&](int sector) { trenches_.find(camera_, limits_, samples_, sector); });
+    trenches_.connect(camera_, limits_, samples_);
     for_sectors([&](int sector) {
-      const std::optional<Trench> trench{trenches_.find(camera_, limits_, samples_, sector)};
-      walk_sector(input(), sector, trench, cells_.view(), walks_(sector, 0));
+      walk_sector(input(), sector, std::as_const(trenches_).at(sector), cells_.view(), walks_(sector, 0));
     });
     for_sectors([&](int sector) { compare_walks(input(), sector, walks_.view()); });
     spread_ground(input(), cells_.view(), walks_.view());

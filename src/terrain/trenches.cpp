@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <utility>
 
 #include "held_bytes.hpp"
@@ -14,23 +15,15 @@ namespace {
 
 // Chosen on random layouts (seeds 401 to 480) and on recorded drives, where few matches may look like a trench.
 constexpr int sectors_beside{3};
-constexpr std::array wall_rows_tried{6, 7, 8, 10, 12, 14, 17, 20, 24};
-constexpr float fall_share_min{0.7f};  ///< measured fall of the disparity, relative to that of an upright wall
-constexpr float fall_share_max{1.6f};
+constexpr std::array wall_rows_tried{0, 6, 7, 8, 10, 12, 14, 17, 20, 24};
 constexpr float ground_growth_min{0.5f};  ///< growth of the disparity per row around it, relative to level ground
 constexpr float rows_seen_min{0.8f};
-constexpr float rest_max_px{0.1f};     ///< root mean square difference from the best shape
 constexpr float rest_floor_px{0.08f};  ///< noise of the mean of sectors
-constexpr float gain_min{130};         ///< decrease of the squared differences by the wall, in squared noises
-
-/// Line with a wall, d = at_edge + growth·k − fall·shape(k), through a sector's rows k around an edge.
-struct Fit {
-  float at_edge{0};
-  float growth{0};
-  float fall{0};
-  float rest_px{0};
-  float gain{0};  ///< over the line without a wall
-};
+constexpr float rest_alone_px{0.1f};   ///< largest rest without a long chain
+constexpr float lower_slope{1.3f};     ///< least tangent of the line of sight to lower ground, relative to drop_slope
+constexpr int chain_reach{10};         ///< sectors from one trench of a chain to the next
+constexpr int chain_rows{3};           ///< rows between their edges
+constexpr int extension_reach{4};
 
 /// Sums of a least-squares fit; row 0 of `x`: constant, 1: row, 2: shape.
 struct Sums {
@@ -48,7 +41,7 @@ struct Sums {
 };
 
 // By Cholesky's decomposition; the squared rest falls by beta² with each unknown.
-Fit fitted(const Sums& sums) {
+TrenchFit fitted(const Sums& sums) {
   std::array<std::array<float, 3>, 3> l{};
   std::array<float, 3> beta{};
   for (std::size_t i{0}; i < 3; ++i) {
@@ -88,10 +81,18 @@ void write_means(const TerrainSamples& samples, int sector, float* mean) {
   }
 }
 
-// The disparities are below the line through the first and the last one by most of a wall's fall: at the edge, before
-// it and in the middle of the wall.
-bool falls(const float* d, const std::vector<float>& fall, int wall_rows, float growth) {
-  constexpr float share{0.8f * fall_share_min};
+// Fit of a shape whose first element is in row `d`; without enough rows: no gain.
+TrenchFit fit_of(const float* d, const std::vector<float>& fall, std::size_t edge) {
+  Sums sums;
+  for (std::size_t i{0}; i < fall.size(); ++i) {
+    if (d[i] > 0) sums.add({1, static_cast<float>(i) - static_cast<float>(edge), fall[i]}, d[i] - d[edge]);
+  }
+  return sums.xx[0][0] < rows_seen_min * static_cast<float>(fall.size()) ? TrenchFit{} : fitted(sums);
+}
+
+// Most of a wall's fall is there: at the edge, before it and in the middle of the wall the disparities are below the
+// line through the first and the last one.
+bool has_wall(const float* d, const std::vector<float>& fall, int wall_rows, float growth, float share) {
   const std::size_t last{fall.size() - 1};
   const std::size_t edge{(last + static_cast<std::size_t>(wall_rows)) / 2};
   const float per_row{(d[last] - d[0]) / static_cast<float>(last)};
@@ -103,16 +104,39 @@ bool falls(const float* d, const std::vector<float>& fall, int wall_rows, float 
   return true;
 }
 
+// Most of the fall to lower ground is there, in the rows of the matcher's window.
+bool has_lower_ground(const float* at_edge, float growth, float fall_px) {
+  constexpr int half{5};
+  constexpr float share{0.6f};
+  return at_edge[-half] > 0 && at_edge[half] - at_edge[-half] > 2 * half * growth + share * fall_px;
+}
+
 }  // namespace
 
+/// Bounds of a fit, and the sector that is searched.
+struct TrenchFilter::Search {
+  float fall_min;  ///< measured fall of the disparity, relative to that of an upright wall
+  float fall_max;
+  float wall_gain;   ///< least decrease of the squared differences by a wall, in squared noises
+  float lower_gain;  ///< by lower ground
+  float rest_px;     ///< largest root mean square difference from the best shape
+  float rest_share;  ///< the same, relative to the jump at the edge; the larger bound counts
+  const TerrainCamera* camera{nullptr};
+  const TerrainLimits* limits{nullptr};
+  SectorRows rows{};
+  const float* disparity{nullptr};
+  float growth{0};  ///< growth of the disparity per row on level ground
+};
+
 TrenchFilter::TrenchFilter(int height_px, int sectors, int window_rows)
-    : disparity_{height_px, sectors}, margin_{window_rows + 1} {
+    : disparity_{height_px, sectors}, margin_{window_rows + 1}, found_(static_cast<std::size_t>(sectors)) {
   for (const int wall_rows : wall_rows_tried) {
     Shape shape{wall_rows, std::vector<float>(static_cast<std::size_t>(wall_rows + 2 * margin_ + 1), 0.0f)};
     for (std::size_t i{0}; i < shape.fall.size(); ++i) {
       const int above{wall_rows + margin_ - static_cast<int>(i)};  // rows above the edge
       float sum{0};
       for (int row{above - window_rows / 2}; row <= above + window_rows / 2; ++row) {
+        if (wall_rows == 0) sum += row == 0 ? 0.5f : static_cast<float>(row > 0);
         if (row >= 0 && row <= wall_rows) sum += static_cast<float>(wall_rows - row);
       }
       shape.fall[i] = sum / static_cast<float>(window_rows);
@@ -121,45 +145,116 @@ TrenchFilter::TrenchFilter(int height_px, int sectors, int window_rows)
   }
 }
 
-std::optional<Trench> TrenchFilter::find(const TerrainCamera& camera, const TerrainLimits& limits,
-                                         const TerrainSamples& samples, int sector) {
-  const SectorRows rows{samples.rows(sector)};
-  float* const disparity{disparity_.row(sector)};
-  write_means(samples, sector, disparity);
-  const float growth{camera.level_growth(camera.height_m)};
+void TrenchFilter::find(const TerrainCamera& camera, const TerrainLimits& limits, const TerrainSamples& samples,
+                        int sector) {
+  write_means(samples, sector, disparity_.row(sector));
+  Search search{0.7f, 1.6f, 130, 70, rest_alone_px, 0.05f};
+  place(search, camera, limits, samples, sector);
+  found_[static_cast<std::size_t>(sector)] = best(search, search.rows.end_row, search.rows.first_row);
+}
+
+void TrenchFilter::connect(const TerrainCamera& camera, const TerrainLimits& limits, const TerrainSamples& samples) {
+  const int sectors{disparity_.height()};
+  for (int sector{0}; sector < sectors; ++sector) {
+    std::optional<Trench>& trench{at(sector)};
+    const Trench* const last{trench ? beside(sector, -1, chain_reach, trench->row) : nullptr};
+    if (last != nullptr) trench->chain = last->chain + 1;
+  }
+  for (int sector{sectors - 1}; sector >= 0; --sector) {
+    std::optional<Trench>& trench{at(sector)};
+    if (!trench) continue;
+    Trench* const last{beside(sector, -1, chain_reach, trench->row)};
+    if (last != nullptr) last->chain = std::max(last->chain, trench->chain);
+    if (!trench->is_sure() && trench->rest_px > rest_alone_px) trench.reset();
+  }
+  Search search{0.55f, 2.2f, 60, 40, 0.15f, 0.1f};
+  const auto extend = [&](int sector, int side) {
+    if (at(sector)) return;
+    const Trench* const other{beside(sector, -side, extension_reach, no_row)};
+    if (other == nullptr || !other->is_sure()) return;
+    place(search, camera, limits, samples, sector);
+    at(sector) = best(search, other->row + chain_rows, other->row - chain_rows);
+    if (at(sector)) at(sector)->chain = other->chain;
+  };
+  for (int sector{0}; sector < sectors; ++sector) extend(sector, 1);
+  for (int sector{sectors - 1}; sector >= 0; --sector) extend(sector, -1);
+}
+
+void TrenchFilter::place(Search& search, const TerrainCamera& camera, const TerrainLimits& limits,
+                         const TerrainSamples& samples, int sector) const {
+  search.camera = &camera;
+  search.limits = &limits;
+  search.rows = samples.rows(sector);
+  search.disparity = disparity_.row(sector);
+  search.growth = camera.level_growth(camera.height_m);
+}
+
+Trench* TrenchFilter::beside(int sector, int side, int reach, int row) {
+  for (int offset{1}; offset <= reach; ++offset) {
+    const int there{sector + side * offset};
+    if (there < 0 || there >= disparity_.height()) break;
+    std::optional<Trench>& trench{at(there)};
+    if (trench && (row == no_row || std::abs(trench->row - row) <= chain_rows)) return &*trench;
+  }
+  return nullptr;
+}
+
+std::optional<Trench> TrenchFilter::best(const Search& search, int lowest, int highest) const {
   std::optional<Trench> found;
-  float best_gain{gain_min};
-  for (int edge{rows.end_row - 1 - margin_}; edge > rows.first_row; --edge) {
-    if (rows.tangent(static_cast<float>(edge)) < limits.drop_slope) break;
-    const float at_edge{disparity[edge]};
-    if (!(at_edge > 0)) continue;
+  const int first{std::min(lowest, search.rows.end_row - 1 - margin_)};
+  for (int edge{first}; edge >= std::max(highest, search.rows.first_row + 1); --edge) {
+    if (search.rows.tangent(static_cast<float>(edge)) < search.limits->drop_slope) break;
+    if (!(search.disparity[edge] > 0)) continue;
     for (const Shape& shape : shapes_) {
-      const int first{edge - shape.wall_rows - margin_};
-      if (first < rows.first_row) break;
-      const float* const d{disparity + first};
-      const auto at = static_cast<std::size_t>(shape.wall_rows + margin_);
-      if (!falls(d, shape.fall, shape.wall_rows, growth)) continue;  // saves most of the work
-      Sums sums;
-      for (std::size_t i{0}; i < shape.fall.size(); ++i) {
-        if (d[i] > 0) sums.add({1, static_cast<float>(i) - static_cast<float>(at), shape.fall[i]}, d[i] - at_edge);
-      }
-      if (sums.xx[0][0] < rows_seen_min * static_cast<float>(shape.fall.size())) continue;
-      const Fit fit{fitted(sums)};
-      const bool is_trench{fit.gain > best_gain && fit.rest_px < rest_max_px && fit.fall > fall_share_min * growth &&
-                           fit.fall < fall_share_max * growth && fit.growth > ground_growth_min * growth};
-      if (!is_trench) continue;
-      best_gain = fit.gain;
-      const float edge_x{camera.range(at_edge + fit.at_edge)};
-      const float wall_x{
-          camera.range(std::max(at_edge + fit.at_edge - fit.growth * static_cast<float>(shape.wall_rows), 1.0f))};
-      found = Trench{edge_x, wall_x, static_cast<float>(shape.wall_rows) * camera.tangent_per_v * wall_x};
+      if (edge - shape.wall_rows - margin_ < search.rows.first_row) break;
+      const std::optional<Trench> trench{shape.wall_rows == 0 ? lower_ground(search, shape, edge)
+                                                              : wall(search, shape, edge)};
+      if (trench && (!found || trench->gain > found->gain)) found = trench;
     }
   }
   return found;
 }
 
+std::optional<Trench> TrenchFilter::wall(const Search& search, const Shape& shape, int edge) const {
+  const auto rows = static_cast<float>(shape.wall_rows);
+  const float* const d{search.disparity + edge - shape.wall_rows - margin_};
+  if (!has_wall(d, shape.fall, shape.wall_rows, search.growth, 0.8f * search.fall_min)) return {};  // most of the work
+  const TrenchFit fit{fit_of(d, shape.fall, static_cast<std::size_t>(shape.wall_rows + margin_))};
+  if (!is_within(search, fit, search.wall_gain, fit.fall * rows) || fit.fall < search.fall_min * search.growth ||
+      fit.fall > search.fall_max * search.growth)
+    return {};
+  const float edge_px{search.disparity[edge] + fit.at_edge};
+  const float wall_x{search.camera->range(std::max(edge_px - fit.growth * rows, 1.0f))};
+  return Trench{
+      search.camera->range(edge_px), wall_x, rows * search.camera->tangent_per_v * wall_x, edge, fit.gain, fit.rest_px};
+}
+
+// Ground lower by more than a step is farther by d·D/(h + D) (4).
+std::optional<Trench> TrenchFilter::lower_ground(const Search& search, const Shape& shape, int edge) const {
+  if (search.rows.tangent(static_cast<float>(edge)) < lower_slope * search.limits->drop_slope) return {};
+  const float* const at_edge{search.disparity + edge};
+  const float h{search.camera->height_m};
+  const float step_px{*at_edge * search.limits->step_m / (h + search.limits->step_m)};
+  if (!has_lower_ground(at_edge, search.growth, step_px)) return {};
+  const TrenchFit fit{fit_of(at_edge - margin_, shape.fall, static_cast<std::size_t>(margin_))};
+  if (!is_within(search, fit, search.lower_gain, 0) || fit.fall < step_px) return {};
+  const float edge_px{*at_edge + fit.at_edge};
+  const float behind_px{std::max(edge_px - fit.fall, 1.0f)};
+  return Trench{search.camera->range(edge_px),
+                search.camera->range(behind_px),
+                h * fit.fall / behind_px,
+                edge,
+                fit.gain,
+                fit.rest_px};
+}
+
+bool TrenchFilter::is_within(const Search& search, const TrenchFit& fit, float gain, float jump_px) {
+  return fit.gain > gain && fit.growth > ground_growth_min * search.growth &&
+         fit.rest_px < std::max(search.rest_px, search.rest_share * jump_px);
+}
+
 std::size_t TrenchFilter::held_bytes() const {
-  std::size_t bytes{held_bytes_of(disparity_)};
+  std::size_t bytes{held_bytes_of(disparity_, found_)};
   for (const Shape& shape : shapes_) bytes += sizeof(Shape) + held_bytes_of(shape.fall);
   return bytes;
 }

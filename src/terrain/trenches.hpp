@@ -12,11 +12,28 @@
 
 namespace stereogrid {
 
-/// Trench of which only the upper part of the far wall is visible.
+/// Trench of which only the upper part of the far wall is visible, or an edge with lower ground behind it.
 struct Trench {
   float edge_x;  ///< last visible ground, m
-  float wall_x;  ///< far wall, m
-  float fall_m;  ///< visible part of the wall
+  float wall_x;  ///< far wall or lower ground, m
+  float fall_m;  ///< visible part of the wall, or the fall to the lower ground
+  int row;       ///< row of the edge
+  float gain;    ///< over ground without it
+  float rest_px;
+  int chain{1};  ///< number of sectors that have found it
+
+  /// Enough sectors have found it to extend it, and to ignore the noise of one sector.
+  [[nodiscard]] bool is_sure() const { return chain >= sure_chain; }
+  static constexpr int sure_chain{18};  ///< chosen as the constants of the filter
+};
+
+/// Line with a fall, d = at_edge + growth·k − fall·shape(k), through a sector's rows k around an edge.
+struct TrenchFit {
+  float at_edge{0};
+  float growth{0};
+  float fall{0};
+  float rest_px{0};
+  float gain{0};  ///< over the line alone
 };
 
 /// Finds trenches by a matched filter over the rows of a sector (docs/terrain.md, "Trenches").
@@ -25,22 +42,39 @@ class TrenchFilter {
   /// `window_rows`: rows over which the matcher smears a jump.
   TrenchFilter(int height_px, int sectors, int window_rows);
 
-  /// The most certain trench of a sector. Sectors can be searched at the same time.
-  std::optional<Trench> find(const TerrainCamera& camera, const TerrainLimits& limits, const TerrainSamples& samples,
-                             int sector);
+  /// Finds the most certain trench of a sector. Sectors can be searched at the same time.
+  void find(const TerrainCamera& camera, const TerrainLimits& limits, const TerrainSamples& samples, int sector);
+  /// Extends long chains of trenches to sectors beside them, once all sectors have been searched.
+  void connect(const TerrainCamera& camera, const TerrainLimits& limits, const TerrainSamples& samples);
+
+  [[nodiscard]] const std::optional<Trench>& at(int sector) const { return found_[static_cast<std::size_t>(sector)]; }
   [[nodiscard]] std::size_t held_bytes() const;
 
  private:
   /// Fall of the disparity below the ground's line at a far wall, in growths of the disparity per row, after the
-  /// matcher's smear. Element i is `wall_rows + margin − i` rows above the edge.
+  /// matcher's smear. Element i is `wall_rows + margin − i` rows above the edge. Without wall_rows: 1 on lower ground.
   struct Shape {
     int wall_rows;
     std::vector<float> fall;
   };
 
+  struct Search;
+
+  [[nodiscard]] std::optional<Trench>& at(int sector) { return found_[static_cast<std::size_t>(sector)]; }
+  void place(Search& search, const TerrainCamera& camera, const TerrainLimits& limits, const TerrainSamples& samples,
+             int sector) const;
+  /// Nearest trench to one side of a sector, with its edge near `row`; no_row: in any row.
+  [[nodiscard]] Trench* beside(int sector, int side, int reach, int row);
+  /// The most certain trench with its edge in rows `lowest` to `highest`, upwards.
+  [[nodiscard]] std::optional<Trench> best(const Search& search, int lowest, int highest) const;
+  [[nodiscard]] std::optional<Trench> wall(const Search& search, const Shape& shape, int edge) const;
+  [[nodiscard]] std::optional<Trench> lower_ground(const Search& search, const Shape& shape, int edge) const;
+  [[nodiscard]] static bool is_within(const Search& search, const TrenchFit& fit, float gain, float jump_px);
+
   Image<float> disparity_;  ///< mean over neighbouring sectors, (row, sector)
   int margin_;              ///< rows of ground on both sides
   std::vector<Shape> shapes_;
+  std::vector<std::optional<Trench>> found_;  ///< by sector
 };
 
 }  // namespace stereogrid

@@ -218,7 +218,7 @@ void Walk::meet_gap(int row, float z, float tolerance) {
 }
 
 bool Walk::meet_trench() {
-  if (ring_ != walk_.trench || !view_.is_judged()) return false;
+  if (ring_ != walk_.trench || !(walk_.is_trench_sure || view_.is_judged())) return false;
   end_at(GapKind::drop, view_.begin_m, walk_.trench_wall, walk_.trench_fall_m);
   return true;
 }
@@ -297,6 +297,7 @@ void walk_sector(const WalkInput& input, int sector, const std::optional<Trench>
     walk.trench_wall =
         std::max(input.rings.at_disparity(input.camera.focal_baseline_pxm / trench->wall_x), walk.trench);
     walk.trench_fall_m = trench->fall_m;
+    walk.is_trench_sure = trench->is_sure();
   }
   // the plane is the prior of the ground before the image
   walk.state.x = 0.5f * input.rings.begin_m(0);
@@ -310,8 +311,8 @@ void walk_sector(const WalkInput& input, int sector, const std::optional<Trench>
 
 void spread_ground(const WalkInput& input, View<PolarCell> cells, View<SectorWalk> walks) {
   for (int sector{0}; sector < walks.width; ++sector) {
-    end_in_passage(input, sector, cells, walks(sector, 0));
     drop_lone_obstacle(cells.row(sector), walks(sector, 0));
+    end_in_passage(input, sector, cells, walks(sector, 0));
   }
   for (int ring{0}; ring < input.rings.count(); ++ring) {
     for (int sector{0}; sector < walks.width; ++sector) {

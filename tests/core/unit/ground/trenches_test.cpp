@@ -11,16 +11,19 @@
 #include <cmath>
 #include <functional>
 #include <optional>
+#include <utility>
 
 namespace stereogrid::test {
 namespace {
 
-/// Camera 1 m above level ground, f = 425 px, f·B = 85 px·m, seven sectors.
+/// Camera 1 m above level ground, f = 425 px, f·B = 85 px·m, 40 sectors.
 class Trenches : public testing::Test {
  protected:
   static constexpr int window{9};
   static constexpr int horizon{180};
   static constexpr int rows{360};
+  static constexpr int sectors{40};
+  static constexpr int middle{20};
   static constexpr int edge{250};  ///< row of the edge, 6.1 m ahead; 9 rows of wall are 0.9 m of trench
 
   Trenches() { samples_.begin(camera_, limits_); }
@@ -39,26 +42,39 @@ class Trenches : public testing::Test {
   }
   using Disparity = std::function<float(int sector, int row)>;
   std::optional<Trench> found(const Disparity& disparity) {
-    Image<float> road{samples_.sectors() * sector_px, rows};
+    read(disparity);
+    filter_.find(camera_, limits_, samples_, middle);
+    return std::as_const(filter_).at(middle);
+  }
+  void read(const Disparity& disparity) {
+    Image<float> road{sectors * sector_px, rows};
     const Image<float> obstacle{road.width(), rows};
     for (int v{horizon + 5}; v < rows; ++v) {
       for (int u{0}; u < road.width(); ++u) road(u, v) = disparity(u / sector_px, v);
     }
-    for (int sector{0}; sector < samples_.sectors(); ++sector) samples_.read(sector, obstacle.view(), road.view());
-    return filter_.find(camera_, limits_, samples_, 3);
+    for (int sector{0}; sector < sectors; ++sector) samples_.read(sector, obstacle.view(), road.view());
+  }
+  /// Sectors with a trench, after connecting them.
+  int connected(const Disparity& disparity) {
+    read(disparity);
+    for (int sector{0}; sector < sectors; ++sector) filter_.find(camera_, limits_, samples_, sector);
+    filter_.connect(camera_, limits_, samples_);
+    int count{0};
+    for (int sector{0}; sector < sectors; ++sector) count += std::as_const(filter_).at(sector) ? 1 : 0;
+    return count;
   }
   std::optional<Trench> found_wall(int wall_rows, float growth = 0) {
     return found([=, this](int, int row) { return smeared(row, wall_rows, growth); });
   }
 
-  TerrainCamera camera_{{7 * sector_px, rows, 425, 7 * sector_px / 2, horizon, 0.2, 1.0, 0, 0}, [] {
+  TerrainCamera camera_{{sectors * sector_px, rows, 425, sectors* sector_px / 2, horizon, 0.2, 1.0, 0, 0}, [] {
                           Ground ground;
                           ground.height_m = 1;
                           return ground;
                         }()};
   TerrainLimits limits_{0.15f, 0.364f, 1.8f, 0.105f};
-  TerrainSamples samples_{7 * sector_px, rows, 10};
-  TrenchFilter filter_{rows, 7, window};
+  TerrainSamples samples_{sectors * sector_px, rows, 10};
+  TrenchFilter filter_{rows, sectors, window};
 };
 
 TEST_F(Trenches, AreMeasuredByTheFarWall) {
@@ -89,7 +105,7 @@ TEST_F(Trenches, HaveUprightWalls) {
   EXPECT_TRUE(found_wall(9, 0.2f));
   EXPECT_FALSE(found_wall(9, 0.5f)) << "a slope down and up";
   EXPECT_TRUE(found_wall(9, -0.5f));
-  EXPECT_FALSE(found_wall(5, -3)) << "falls too far for a wall";
+  EXPECT_FALSE(found_wall(4, -5)) << "falls too far for a wall";
 }
 
 TEST_F(Trenches, LieInGroundThatGrowsOnBothSides) {
@@ -110,13 +126,41 @@ TEST_F(Trenches, AreSeenThroughLittleNoiseOnly) {
 }
 
 TEST_F(Trenches, AreMeansOfMostSectorsAndRows) {
-  EXPECT_TRUE(found([this](int sector, int row) { return sector < 4 ? smeared(row, 9) : 0; }));
-  EXPECT_FALSE(found([this](int sector, int row) { return sector < 3 ? smeared(row, 9) : 0; }));
+  EXPECT_TRUE(found([this](int sector, int row) { return sector <= middle ? smeared(row, 9) : 0; }));
+  EXPECT_FALSE(found([this](int sector, int row) { return sector < middle ? smeared(row, 9) : 0; }));
   const auto without = [this](int share) {
     return found([=, this](int, int row) { return row % share != 1 ? smeared(row, 9) : 0; });
   };
   EXPECT_TRUE(without(6));
   EXPECT_FALSE(without(3));
+}
+
+TEST_F(Trenches, AreEdgesWithGroundLowerByMoreThanAStep) {
+  const auto lower = [this](float jump) {
+    return found([=, this](int, int row) {
+      const float share{std::clamp(0.5f + static_cast<float>(edge - row) / window, 0.0f, 1.0f)};
+      return smeared(row, 0) - jump * share;
+    });
+  };
+  // d = 14 px, so a step of 0.15 m is 1.83 px
+  EXPECT_FALSE(lower(1.7f));
+  const auto edge_found{lower(2.3f)};
+  ASSERT_TRUE(edge_found);
+  EXPECT_NEAR(edge_found->edge_x, 6.07, 0.15);
+  EXPECT_NEAR(edge_found->fall_m, 2.3 / (14 - 2.3), 0.02);
+  limits_.drop_slope = 0.14f;
+  EXPECT_FALSE(lower(2.3f)) << "the line of sight falls by less than 1.3 times that";
+}
+
+TEST_F(Trenches, ContinueBesideLongChains) {
+  // noise of 0.14 px is too large for a trench alone
+  const auto noisy_from = [this](int first) {
+    return connected([=, this](int sector, int row) {
+      return smeared(row, 9) + (sector < first ? 0.0f : row % 2 == 0 ? 0.14f : -0.14f);
+    });
+  };
+  EXPECT_EQ(noisy_from(26), sectors);
+  EXPECT_LT(noisy_from(10), 17);
 }
 
 TEST_F(Trenches, AreSearchedUpToTheDropSlope) {
