@@ -81,34 +81,14 @@ void write_means(const TerrainSamples& samples, int sector, float* mean) {
   }
 }
 
-// Fit of a shape whose first element is in row `d`; without enough rows: no gain.
-TrenchFit fit_of(const float* d, const std::vector<float>& fall, std::size_t edge) {
+// Fit of a shape, its element `edge_place` in the row of `edge`; without enough rows: no gain.
+TrenchFit fit_of(const float* edge, const std::vector<float>& fall, int edge_place) {
+  const float* const d{edge - edge_place};
   Sums sums;
   for (std::size_t i{0}; i < fall.size(); ++i) {
-    if (d[i] > 0) sums.add({1, static_cast<float>(i) - static_cast<float>(edge), fall[i]}, d[i] - d[edge]);
+    if (d[i] > 0) sums.add({1, static_cast<float>(i) - static_cast<float>(edge_place), fall[i]}, d[i] - *edge);
   }
   return sums.xx[0][0] < rows_seen_min * static_cast<float>(fall.size()) ? TrenchFit{} : fitted(sums);
-}
-
-// Most of a wall's fall is there: at the edge, before it and in the middle of the wall the disparities are below the
-// line through the first and the last one.
-bool has_wall(const float* d, const std::vector<float>& fall, int wall_rows, float growth, float share) {
-  const std::size_t last{fall.size() - 1};
-  const std::size_t edge{(last + static_cast<std::size_t>(wall_rows)) / 2};
-  const float per_row{(d[last] - d[0]) / static_cast<float>(last)};
-  if (!(d[0] > 0) || per_row < ground_growth_min * growth) return false;
-  for (const std::size_t i : {edge, edge + 2, edge - static_cast<std::size_t>(wall_rows) / 2}) {
-    const float below{d[0] + per_row * static_cast<float>(i) - d[i]};
-    if (!(d[i] > 0) || below < share * growth * fall[i]) return false;
-  }
-  return true;
-}
-
-// Most of the fall to lower ground is there, in the rows of the matcher's window.
-bool has_lower_ground(const float* at_edge, float growth, float fall_px) {
-  constexpr int half{5};
-  constexpr float share{0.6f};
-  return at_edge[-half] > 0 && at_edge[half] - at_edge[-half] > 2 * half * growth + share * fall_px;
 }
 
 }  // namespace
@@ -126,14 +106,40 @@ struct TrenchFilter::Search {
   SectorRows rows{};
   const float* disparity{nullptr};
   float growth{0};  ///< growth of the disparity per row on level ground
+
+  /// Jump of the disparity in a row to ground that is a step lower (4).
+  [[nodiscard]] float step_px(int row) const {
+    return disparity[row] * limits->step_m / (camera->height_m + limits->step_m);
+  }
 };
+
+// Most of the fall is there. At a wall's edge, before it and in the middle of the wall the disparities are below the
+// line through the first and the last one; those of lower ground fall in the rows of the matcher's window.
+bool TrenchFilter::Shape::is_likely(const Search& search, int edge) const {
+  if (wall_rows == 0) {
+    constexpr int half{5};
+    constexpr float share{0.6f};
+    const float* const d{search.disparity + edge};
+    return d[-half] > 0 && d[half] - d[-half] > 2 * half * search.growth + share * search.step_px(edge);
+  }
+  const float* const d{search.disparity + edge - edge_place};
+  const float rise{d[fall.size() - 1] - d[0]};
+  if (!(d[0] > 0) || rise < static_cast<float>(fall.size() - 1) * ground_growth_min * search.growth) return false;
+  const float least{0.8f * search.fall_min * search.growth};
+  for (const Probe& probe : probes) {
+    const float there{d[probe.place]};
+    if (!(there > 0) || d[0] + probe.along * rise - there < least * probe.fall) return false;
+  }
+  return true;
+}
 
 TrenchFilter::TrenchFilter(int height_px, int sectors, int window_rows)
     : disparity_{height_px, sectors}, margin_{window_rows + 1}, found_(static_cast<std::size_t>(sectors)) {
   for (const int wall_rows : wall_rows_tried) {
-    Shape shape{wall_rows, std::vector<float>(static_cast<std::size_t>(wall_rows + 2 * margin_ + 1), 0.0f)};
+    Shape shape{wall_rows, wall_rows + margin_};
+    shape.fall.resize(static_cast<std::size_t>(wall_rows + 2 * margin_ + 1));
     for (std::size_t i{0}; i < shape.fall.size(); ++i) {
-      const int above{wall_rows + margin_ - static_cast<int>(i)};  // rows above the edge
+      const int above{shape.edge_place - static_cast<int>(i)};  // rows above the edge
       float sum{0};
       for (int row{above - window_rows / 2}; row <= above + window_rows / 2; ++row) {
         if (wall_rows == 0) sum += row == 0 ? 0.5f : static_cast<float>(row > 0);
@@ -141,6 +147,12 @@ TrenchFilter::TrenchFilter(int height_px, int sectors, int window_rows)
       }
       shape.fall[i] = sum / static_cast<float>(window_rows);
     }
+    const float last{static_cast<float>(shape.fall.size() - 1)};
+    const std::size_t edge{(shape.fall.size() - 1 + static_cast<std::size_t>(wall_rows)) / 2};
+    std::ranges::transform(std::array{edge, edge + 2, edge - static_cast<std::size_t>(wall_rows) / 2},
+                           shape.probes.begin(), [&](std::size_t place) {
+                             return Probe{place, static_cast<float>(place) / last, shape.fall[place]};
+                           });
     shapes_.push_back(std::move(shape));
   }
 }
@@ -206,7 +218,8 @@ std::optional<Trench> TrenchFilter::best(const Search& search, int lowest, int h
     if (search.rows.tangent(static_cast<float>(edge)) < search.limits->drop_slope) break;
     if (!(search.disparity[edge] > 0)) continue;
     for (const Shape& shape : shapes_) {
-      if (edge - shape.wall_rows - margin_ < search.rows.first_row) break;
+      if (edge - shape.edge_place < search.rows.first_row) break;
+      if (!shape.is_likely(search, edge)) continue;  // saves most of the work
       const std::optional<Trench> trench{shape.wall_rows == 0 ? lower_ground(search, shape, edge)
                                                               : wall(search, shape, edge)};
       if (trench && (!found || trench->gain > found->gain)) found = trench;
@@ -217,9 +230,7 @@ std::optional<Trench> TrenchFilter::best(const Search& search, int lowest, int h
 
 std::optional<Trench> TrenchFilter::wall(const Search& search, const Shape& shape, int edge) const {
   const auto rows = static_cast<float>(shape.wall_rows);
-  const float* const d{search.disparity + edge - shape.wall_rows - margin_};
-  if (!has_wall(d, shape.fall, shape.wall_rows, search.growth, 0.8f * search.fall_min)) return {};  // most of the work
-  const TrenchFit fit{fit_of(d, shape.fall, static_cast<std::size_t>(shape.wall_rows + margin_))};
+  const TrenchFit fit{fit_of(search.disparity + edge, shape.fall, shape.edge_place)};
   if (!is_within(search, fit, search.wall_gain, fit.fall * rows) || fit.fall < search.fall_min * search.growth ||
       fit.fall > search.fall_max * search.growth)
     return {};
@@ -232,17 +243,13 @@ std::optional<Trench> TrenchFilter::wall(const Search& search, const Shape& shap
 // Ground lower by more than a step is farther by d·D/(h + D) (4).
 std::optional<Trench> TrenchFilter::lower_ground(const Search& search, const Shape& shape, int edge) const {
   if (search.rows.tangent(static_cast<float>(edge)) < lower_slope * search.limits->drop_slope) return {};
-  const float* const at_edge{search.disparity + edge};
-  const float h{search.camera->height_m};
-  const float step_px{*at_edge * search.limits->step_m / (h + search.limits->step_m)};
-  if (!has_lower_ground(at_edge, search.growth, step_px)) return {};
-  const TrenchFit fit{fit_of(at_edge - margin_, shape.fall, static_cast<std::size_t>(margin_))};
-  if (!is_within(search, fit, search.lower_gain, 0) || fit.fall < step_px) return {};
-  const float edge_px{*at_edge + fit.at_edge};
+  const TrenchFit fit{fit_of(search.disparity + edge, shape.fall, shape.edge_place)};
+  if (!is_within(search, fit, search.lower_gain, 0) || fit.fall < search.step_px(edge)) return {};
+  const float edge_px{search.disparity[edge] + fit.at_edge};
   const float behind_px{std::max(edge_px - fit.fall, 1.0f)};
   return Trench{search.camera->range(edge_px),
                 search.camera->range(behind_px),
-                h * fit.fall / behind_px,
+                search.camera->height_m * fit.fall / behind_px,
                 edge,
                 fit.gain,
                 fit.rest_px};

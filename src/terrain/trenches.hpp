@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <optional>
 #include <vector>
@@ -51,14 +52,23 @@ class TrenchFilter {
   [[nodiscard]] std::size_t held_bytes() const;
 
  private:
+  struct Search;
+  /// Place where most of a fall must be seen.
+  struct Probe {
+    std::size_t place;
+    float along;  ///< place relative to the last one
+    float fall;
+  };
   /// Fall of the disparity below the ground's line at a far wall, in growths of the disparity per row, after the
-  /// matcher's smear. Element i is `wall_rows + margin − i` rows above the edge. Without wall_rows: 1 on lower ground.
+  /// matcher's smear. Without wall_rows: 1 on lower ground. The last element is the lowest row.
   struct Shape {
     int wall_rows;
-    std::vector<float> fall;
-  };
+    int edge_place;  ///< element of the edge
+    std::vector<float> fall{};
+    std::array<Probe, 3> probes{};
 
-  struct Search;
+    [[nodiscard]] bool is_likely(const Search& search, int edge) const;
+  };
 
   [[nodiscard]] std::optional<Trench>& at(int sector) { return found_[static_cast<std::size_t>(sector)]; }
   void place(Search& search, const TerrainCamera& camera, const TerrainLimits& limits, const TerrainSamples& samples,
