@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""Usage: scripts/mutants.py [--jobs N] [--only TEXT] [--out FILE]
+"""Usage: scripts/mutants.py [--jobs N] [--only TEXT] [--out FILE] [--check]
 
 Makes the changes of mutants.txt, one token of src/ at a time, and runs the core's unit and chain tests: each should fail
 one. A copy of the working tree in build/mutants is built once, with all changes in it; STEREOGRID_MUTANT selects one at run
@@ -184,13 +184,16 @@ def main():
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--only", default="", help="changes whose line in the list has this text")
     parser.add_argument("--out", type=Path, default=WORK / "results.txt")
+    parser.add_argument("--check", action="store_true", help="only whether each change has its place in src/")
     options = parser.parse_args()
+    numbered = list(enumerate(mutants(), 1))
+    if options.check:
+        return
     WORK.mkdir(parents=True, exist_ok=True)
     fates = {}
     for line in options.out.read_text("utf-8").splitlines() if options.out.exists() else []:
         fate, mutant = line.split(" ¦ ", 1)
         fates[mutant] = fate
-    numbered = list(enumerate(mutants(), 1))
     switched = [one for one in numbered if one[1][3] != "alone"]
     copy_tree(switched)
     run("cmake", "-S", TREE, "-B", BUILD, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release", "-DCMAKE_CXX_FLAGS_RELEASE=-O2 -DNDEBUG",
