@@ -117,10 +117,11 @@ struct TrenchFilter::Search {
 // line through the first and the last one; those of lower ground fall in the rows of the matcher's window.
 bool TrenchFilter::Shape::is_likely(const Search& search, int edge) const {
   if (wall_rows == 0) {
-    constexpr int half{5};
     constexpr float share{0.6f};
+    const int half{std::min(edge_place, 5)};  // within the shape
     const float* const d{search.disparity + edge};
-    return d[-half] > 0 && d[half] - d[-half] > 2 * half * search.growth + share * search.step_px(edge);
+    const float level_px{static_cast<float>(2 * half) * search.growth};
+    return d[-half] > 0 && d[half] - d[-half] > level_px + share * search.step_px(edge);
   }
   const float* const d{search.disparity + edge - edge_place};
   const float rise{d[fall.size() - 1] - d[0]};

@@ -170,5 +170,20 @@ TEST_F(Trenches, AreSearchedUpToTheDropSlope) {
   EXPECT_TRUE(found_wall(9));
 }
 
+// The sanitizers find a row that is read beyond the image: the last sector is the end of the memory.
+TEST_F(Trenches, AreFoundInTheLowestRowsWithTheSmallestWindow) {
+  constexpr int smallest_window{3};
+  constexpr int lowest_edge{rows - 1 - (smallest_window + 1)};
+  filter_ = TrenchFilter{rows, sectors, smallest_window};
+  read([this](int, int row) {
+    const float share{std::clamp((lowest_edge + 1.5f - static_cast<float>(row)) / smallest_window, 0.0f, 1.0f)};
+    return exact(row, 0, 0) - 6 * share;
+  });
+  filter_.find(camera_, limits_, samples_, sectors - 1);
+  const auto& trench{std::as_const(filter_).at(sectors - 1)};
+  ASSERT_TRUE(trench);
+  EXPECT_NEAR(trench->row, lowest_edge, 1);
+}
+
 }  // namespace
 }  // namespace stereogrid::test
