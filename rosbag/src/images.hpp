@@ -44,8 +44,6 @@ class BagImages final : public io::ImageStore {
   [[nodiscard]] io::ImagePair load(std::size_t index) const override;
   /// The first pair that can be read; finds sample_bits(). Throws InputError: there is none.
   io::ImagePair begin();
-  /// Whether the images of one topic are halved left and right or above and below.
-  void set_layout(SecondTopic second) { topics_.second = second; }
   /// RecordingContents::sample_bits
   [[nodiscard]] int sample_bits() const { return sample_bits_; }
 
