@@ -10,8 +10,8 @@
 
 namespace stereogrid::plain {
 
-void find_medians(View<const float> obstacle, View<const float> road, int column, int first_row, float* medians) {
-  for (int v{first_row}; v < obstacle.height; ++v) {
+void find_medians(View<const float> obstacle, View<const float> road, int column, RowRange rows, float* medians) {
+  for (int v{rows.begin}; v < rows.end; ++v) {
     std::array<float, sector_px> found{};
     std::size_t count{0};
     for (int u{column}; u < std::min(column + sector_px, obstacle.width); ++u) {

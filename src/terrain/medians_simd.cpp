@@ -45,11 +45,11 @@ HWY_INLINE V medians_of(const V (&column)[sector_px]) {
   return hn::IfThenElse(is_there(1), column[4], of_five);
 }
 
-void FindMedians(View<const float> obstacle, View<const float> road, int at, int first_row, float* medians) {
+void FindMedians(View<const float> obstacle, View<const float> road, int at, RowRange rows, float* medians) {
   constexpr int lanes{hn::MaxLanes(Rows{})};
-  if (obstacle.height - first_row < lanes) return plain::find_medians(obstacle, road, at, first_row, medians);
-  for (int next{first_row}; next < obstacle.height; next += lanes) {
-    const int begin{std::min(next, obstacle.height - lanes)};
+  if (rows.end - rows.begin < lanes) return plain::find_medians(obstacle, road, at, rows, medians);
+  for (int next{rows.begin}; next < rows.end; next += lanes) {
+    const int begin{std::min(next, rows.end - lanes)};
     HWY_ALIGN float halves[2][half_px * lanes];
     const float* one{obstacle.row(begin) + at};
     const float* other{road.row(begin) + at};
@@ -63,7 +63,7 @@ void FindMedians(View<const float> obstacle, View<const float> road, int at, int
     hn::LoadInterleaved4(Rows{}, halves[0], column[0], column[1], column[2], column[3]);
     hn::LoadInterleaved4(Rows{}, halves[1], column[4], column[5], column[6], column[7]);
     sort_columns(column);
-    hn::StoreU(medians_of(column), Rows{}, medians + (begin - first_row));
+    hn::StoreU(medians_of(column), Rows{}, medians + (begin - rows.begin));
   }
 }
 
@@ -77,9 +77,9 @@ namespace stereogrid {
 
 HWY_EXPORT(FindMedians);
 
-void find_medians(View<const float> obstacle, View<const float> road, int column, int first_row, float* medians) {
-  if (obstacle.width < sector_px) return plain::find_medians(obstacle, road, column, first_row, medians);
-  HWY_DYNAMIC_DISPATCH(FindMedians)(obstacle, road, column, first_row, medians);
+void find_medians(View<const float> obstacle, View<const float> road, int column, RowRange rows, float* medians) {
+  if (obstacle.width < sector_px) return plain::find_medians(obstacle, road, column, rows, medians);
+  HWY_DYNAMIC_DISPATCH(FindMedians)(obstacle, road, column, rows, medians);
 }
 
 }  // namespace stereogrid

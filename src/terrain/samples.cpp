@@ -14,6 +14,9 @@ namespace {
 /// Rows that are computed together, in vectors.
 constexpr int tile_rows{32};
 
+/// Rows that are read together.
+constexpr int read_rows{16};
+
 /// Largest difference of neighbouring sectors on one surface, px.
 constexpr float spread_max_px{2};
 /// σ of the mean difference of two medians: √(π/2)/√2.
@@ -92,10 +95,16 @@ void TerrainSamples::begin(const TerrainCamera& camera, const TerrainLimits& lim
   for (int sector{0}; sector < sectors(); ++sector) rows_[static_cast<std::size_t>(sector)] = rows_of(sector);
 }
 
-void TerrainSamples::read(int sector, View<const float> obstacle, View<const float> road) {
-  float* const medians{disparity_.row(sector) + line_rows};
-  std::fill_n(medians, first_row_, 0.0f);
-  find_medians(obstacle, road, sector * sector_px, first_row_, medians + first_row_);
+// Some rows of all sectors at a time: neighbours share cache lines.
+void TerrainSamples::read(int begin, int end, View<const float> obstacle, View<const float> road) {
+  for (int sector{begin}; sector < end; ++sector) std::fill_n(disparity_.row(sector) + line_rows, first_row_, 0.0f);
+  for (int v{first_row_}; v < height_px_;) {
+    const int rows{height_px_ - v < 2 * read_rows ? height_px_ - v : read_rows};
+    for (int sector{begin}; sector < end; ++sector) {
+      find_medians(obstacle, road, sector * sector_px, {v, v + rows}, disparity_.row(sector) + line_rows + v);
+    }
+    v += rows;
+  }
 }
 
 void TerrainSamples::place(int sector, const Rings& rings) {

@@ -42,8 +42,8 @@ class TerrainSamples {
   [[nodiscard]] int sectors() const { return x_.height(); }
   /// Sets the data of all sectors, before the functions below.
   void begin(const TerrainCamera& camera, const TerrainLimits& limits);
-  /// Medians of one sector, over pixels with an obstacle's or a road disparity.
-  void read(int sector, View<const float> obstacle, View<const float> road);
+  /// Medians of sectors begin … end − 1, over pixels with an obstacle's or a road disparity.
+  void read(int begin, int end, View<const float> obstacle, View<const float> road);
   /// Places of one sector's samples, once it and the next sector have been read.
   void place(int sector, const Rings& rings);
   /// Standard deviation of disparities by ring, once all sectors are placed, px (docs/terrain.md).

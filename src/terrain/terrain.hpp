@@ -52,7 +52,7 @@ class Terrain {
         for (int sector{first}; sector < end; ++sector) work(sector);
       });
     };
-    for_sectors([&](int sector) { samples_.read(sector, obstacle, road); });
+    for_ranges(sectors, [&](int first, int end) { samples_.read(first, end, obstacle, road); });
     for_sectors([&](int sector) { samples_.place(sector, rings_); });
     begin_walks();
     for_sectors([&](int sector) { trenches_.find(camera_, limits_, samples_, sector); });

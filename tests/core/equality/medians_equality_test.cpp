@@ -31,11 +31,11 @@ TEST(MediansEquality, OnEveryInstructionSet) {
       const int first_row{static_cast<int>(random() % static_cast<unsigned>(height + 1))};
       const auto rows = static_cast<std::size_t>(height - first_row);
       std::vector<float> expected(rows);
-      plain::find_medians(obstacles, roads, column, first_row, expected.data());
+      plain::find_medians(obstacles, roads, column, {first_row, height}, expected.data());
       for (const std::int64_t target : vector_targets()) {
         const ForcedTarget forced{target};
         std::vector<float> actual(rows);
-        find_medians(obstacles, roads, column, first_row, actual.data());
+        find_medians(obstacles, roads, column, {first_row, height}, actual.data());
         EXPECT_EQ(expected, actual) << name_of_target(target) << ", " << width << " px";
       }
     }

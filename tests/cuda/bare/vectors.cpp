@@ -47,8 +47,8 @@ void find_upright(const float* row, int width, int begin, int end, const Upright
   plain::find_upright(row, width, begin, end, limits, pixels);
 }
 
-void find_medians(View<const float> obstacle, View<const float> road, int column, int first_row, float* medians) {
-  plain::find_medians(obstacle, road, column, first_row, medians);
+void find_medians(View<const float> obstacle, View<const float> road, int column, RowRange rows, float* medians) {
+  plain::find_medians(obstacle, road, column, rows, medians);
 }
 
 }  // namespace stereogrid

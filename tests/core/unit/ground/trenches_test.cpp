@@ -52,7 +52,7 @@ class Trenches : public testing::Test {
     for (int v{horizon + 5}; v < rows; ++v) {
       for (int u{0}; u < road.width(); ++u) road(u, v) = disparity(u / sector_px, v);
     }
-    for (int sector{0}; sector < sectors; ++sector) samples_.read(sector, obstacle.view(), road.view());
+    samples_.read(0, sectors, obstacle.view(), road.view());
   }
   /// Sectors with a trench, after connecting them.
   int connected(const Disparity& disparity) {
