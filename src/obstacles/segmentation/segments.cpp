@@ -69,6 +69,37 @@ struct Waist {
   double share{std::numeric_limits<double>::max()};
 };
 
+struct BinnedPixels : UprightPixels {
+  std::array<int, most> bins;
+  std::array<int, most> counts;  ///< 1 below the height of obstacles, else 0
+};
+
+// On the plane. The compiler turns the loop into vectors.
+void classify(const UprightRow& row, BinnedPixels& pixels) {
+  const UprightRow limits{row};
+  for (int i{0}; i < pixels.size; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    pixels.bins[k] = static_cast<int>(pixels.disparities[i] * Segmenter::bins_per_px);
+    pixels.counts[k] = static_cast<int>(limits.is_below_highest(pixels.columns[i], pixels.disparities[i]));
+  }
+}
+
+// Keeps the pixels that are upright on the local ground.
+void classify(const UprightRow& row, float road_per_row_px, const Relief<Host>& relief, BinnedPixels& pixels) {
+  std::size_t size{0};
+  for (int i{0}; i < pixels.size; ++i) {
+    const int column{pixels.columns[i]};
+    const float disparity{pixels.disparities[i]};
+    UprightRow local{row};
+    local.road_px += road_per_row_px * static_cast<float>(relief.rows_at(column, disparity));
+    pixels.columns[size] = column;
+    pixels.bins[size] = static_cast<int>(disparity * Segmenter::bins_per_px);
+    pixels.counts[size] = static_cast<int>(local.is_below_highest(column, disparity));
+    size += local.is_upright(column, disparity) ? 1 : 0;
+  }
+  pixels.size = static_cast<int>(size);
+}
+
 Waist waist_of(const std::vector<double>& profile) {
   Waist waist;
   const int slices{static_cast<int>(profile.size())};
@@ -90,6 +121,7 @@ Segmenter::Segmenter(const Rig& level_rig, const UDisparityConfig& heights, int 
       lowest_m_{heights.obstacle_min_height_m},
       highest_m_{heights.obstacle_height_m},
       tallies_{level_rig.width_px, bins_per_px * disparities},
+      counted_{(tallies_.width() + block_columns - 1) / block_columns, tallies_.height()},
       labels_{tallies_.width(), tallies_.height()},
       marks_{tallies_.width() / mark_bits + 2, tallies_.height()} {
   const double focal_baseline{rig_.focal_px * rig_.baseline_m};
@@ -109,6 +141,27 @@ Segmenter::Segmenter(const Rig& level_rig, const UDisparityConfig& heights, int 
   profile_.reserve(std::max(static_cast<std::size_t>(4 * far_m / slice_m), nodes_reserved()));
 }
 
+// Calls work(u) for the tallies of a bin that have pixels.
+template <class Work>
+void Segmenter::for_counted(int bin, const Work& work) const {
+  const std::uint16_t* const blocks{counted_.row(bin)};
+  for (int i{0}; i < counted_.width(); ++i) {
+    for (unsigned left{blocks[i]}; left != 0; left &= left - 1) work(i * block_columns + std::countr_zero(left));
+  }
+}
+
+// Few tallies have pixels.
+void Segmenter::clear() {
+  for (int k{0}; k < tallies_.height(); ++k) {
+    for_counted(k, [&](int u) {
+      tallies_(u, k) = {};
+      labels_(u, k) = 0;
+    });
+  }
+  counted_.fill(0);
+  marks_.fill(0);
+}
+
 void Segmenter::count(View<const float> obstacle, const RoadPlane& plane, double camera_height_m,
                       const Relief<Host>& relief, int begin, int end) {
   UprightRow limits{.nearest_px = static_cast<float>(tallies_.height()) / bins_per_px,
@@ -119,46 +172,25 @@ void Segmenter::count(View<const float> obstacle, const RoadPlane& plane, double
                     .highest_share = static_cast<float>(1 - highest_m_ / camera_height_m)};
   bool is_on_plane{true};
   for (int u{begin}; u < end; u += sector_px) is_on_plane = is_on_plane && is_level(relief, u);
-  UprightPixels pixels;
+  BinnedPixels pixels;
   for (int v{0}; v < obstacle.height; ++v) {
     limits.road_px = static_cast<float>(plane.disparity(0, v));
     for (int u{begin}; u < end; u += UprightPixels::most) {
       find_upright(obstacle.row(v), obstacle.width, u, std::min(u + UprightPixels::most, end), limits, pixels);
-      if (is_on_plane) {
-        add(limits, v, pixels);
-        continue;
-      }
-      for (int i{0}; i < pixels.size; ++i) {
-        const int column{pixels.columns[i]};
-        const float disparity{pixels.disparities[i]};
-        UprightRow local{limits};
-        local.road_px += static_cast<float>(plane.per_v) * static_cast<float>(relief.rows_at(column, disparity));
-        if (!local.is_upright(column, disparity)) continue;
-        add(v, column, static_cast<int>(disparity * bins_per_px), local.is_below_highest(column, disparity) ? 1 : 0);
-      }
+      is_on_plane ? classify(limits, pixels) : classify(limits, static_cast<float>(plane.per_v), relief, pixels);
+      for (int i{0}; i < pixels.size; ++i)
+        add(v, pixels.columns[i], pixels.bins[static_cast<std::size_t>(i)], pixels.counts[static_cast<std::size_t>(i)]);
     }
-  }
-}
-
-// Bins and heights first, which the compiler turns into vectors.
-void Segmenter::add(const UprightRow& row, int v, const UprightPixels& pixels) {
-  const UprightRow limits{row};
-  std::array<int, UprightPixels::most> bins;
-  std::array<int, UprightPixels::most> counted;
-  for (int i{0}; i < pixels.size; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    bins[k] = static_cast<int>(pixels.disparities[i] * bins_per_px);
-    counted[k] = static_cast<int>(limits.is_below_highest(pixels.columns[i], pixels.disparities[i]));
-  }
-  for (int i{0}; i < pixels.size; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    add(v, pixels.columns[i], bins[k], counted[k]);
   }
 }
 
 void Segmenter::add(int v, int u, int bin, int pixels) {
   Tally& tally{tallies_(u, bin)};
   tally.pixels = static_cast<std::uint16_t>(tally.pixels + pixels);
+  if (tally.top == 0) {
+    std::uint16_t& block{counted_(u / block_columns, bin)};
+    block = static_cast<std::uint16_t>(block | 1U << u % block_columns);
+  }
   if (tally.top == 0 || v - tally.bottom > bins_[static_cast<std::size_t>(bin)].gap_rows) {
     tally.top = static_cast<std::uint16_t>(v + 1);
   }
@@ -167,15 +199,13 @@ void Segmenter::add(int v, int u, int bin, int pixels) {
 
 void Segmenter::take_nodes(const RoadPlane& plane, double camera_height_m, const Relief<Host>& relief) {
   nodes_.clear();
-  labels_.fill(0);
-  marks_.fill(0);
   for (int k{1}; k + 1 < tallies_.height(); ++k) {
     const Bin& bin{bins_[static_cast<std::size_t>(k)]};
     const double side_m{rig_.baseline_m / bin.disparity};  // side of a pixel on an upright surface
     const Tally* const here{tallies_.row(k)};
-    for (int u{0}; u < tallies_.width(); ++u) {
+    for_counted(k, [&](int u) {
       const int pixels{here[u].pixels};
-      if (pixels == 0 || pixels + tallies_(u, k - 1).pixels + tallies_(u, k + 1).pixels < bin.pixels_min) continue;
+      if (pixels == 0 || pixels + tallies_(u, k - 1).pixels + tallies_(u, k + 1).pixels < bin.pixels_min) return;
       const int index{static_cast<int>(nodes_.size())};
       const int raised{relief.is_plane() ? 0 : relief.rows_at(u, static_cast<float>(bin.disparity))};
       const double top_m{camera_height_m * (1 - plane.disparity(u, here[u].top - 1 + raised) / bin.disparity)};
@@ -183,7 +213,7 @@ void Segmenter::take_nodes(const RoadPlane& plane, double camera_height_m, const
       nodes_.push_back({u, k, pixels, top_m, index, none, place, pixels * side_m * side_m});
       labels_(u, k) = index + 1;
       marks_(u / mark_bits, k) |= std::uint64_t{1} << u % mark_bits;
-    }
+    });
   }
 }
 

@@ -46,7 +46,7 @@ class Segmenter {
   template <class ForRanges>
   void find(View<const float> obstacle, const Ground& ground, const ForRanges& for_ranges,
             const Relief<Host>& relief = {}) {
-    tallies_.fill({});
+    clear();
     const RoadPlane plane{road_plane(rig_, ground)};
     for_ranges((obstacle.width + block_columns - 1) / block_columns, [&](int first, int last) {
       count(obstacle, plane, ground.height_m, relief, first * block_columns,
@@ -95,11 +95,11 @@ class Segmenter {
   }
 
   [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(bins_, tallies_, labels_, marks_, nodes_, order_, segments_, pieces_, profile_);
+    return held_bytes_of(bins_, tallies_, counted_, labels_, marks_, nodes_, order_, segments_, pieces_, profile_);
   }
 
  private:
-  static constexpr int block_columns{16};  ///< whole vectors
+  static constexpr int block_columns{16};  ///< whole vectors, and the bits of an element of counted_
   static constexpr int mark_bits{64};
 
   struct Bin {
@@ -135,9 +135,11 @@ class Segmenter {
     std::size_t end;
   };
 
+  void clear();
+  template <class Work>
+  void for_counted(int bin, const Work& work) const;
   void count(View<const float> obstacle, const RoadPlane& plane, double camera_height_m, const Relief<Host>& relief,
              int begin, int end);
-  void add(const UprightRow& row, int v, const UprightPixels& pixels);
   void add(int v, int u, int bin, int pixels);
   void take_nodes(const RoadPlane& plane, double camera_height_m, const Relief<Host>& relief);
   void separate();
@@ -156,9 +158,10 @@ class Segmenter {
   double lowest_m_;
   double highest_m_;
   std::vector<Bin> bins_;
-  Image<Tally> tallies_;        ///< (bins, W)
-  Image<int> labels_;           ///< (bins, W): index of the node + 1; 0: none
-  Image<std::uint64_t> marks_;  ///< (bins, W / mark_bits): a bit for each node
+  Image<Tally> tallies_;          ///< (bins, W)
+  Image<std::uint16_t> counted_;  ///< (bins, W / block_columns): a bit for each tally with pixels
+  Image<int> labels_;             ///< (bins, W): index of the node + 1; 0: none
+  Image<std::uint64_t> marks_;    ///< (bins, W / mark_bits): a bit for each node
   std::vector<SegmentNode> nodes_;
   std::vector<int> order_;  ///< nodes by segment
   std::vector<Range> segments_;
