@@ -180,7 +180,7 @@ struct WeighingSpace {
   [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(ranges, masses, starts); }
 
   std::vector<EvidenceRange> ranges;
-  std::vector<std::vector<float>> masses;  ///< by part of the work: [velocity][cell of a range]
+  std::vector<std::vector<float>> masses;  ///< by part of the work: [velocity][cell of a range], and two for each v_x
   std::vector<std::uint8_t> starts;        ///< by evidence: starts a moving cell whose block has no masses yet
 };
 

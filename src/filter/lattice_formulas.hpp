@@ -77,14 +77,29 @@ STEREOGRID_HD inline TayUpdate<T> tay_update(T all, T occupied, T likelihood_occ
 /// The least that velocity evidence says: now and then something else has been measured.
 constexpr float likelihood_floor{0.02f};
 
-/// Likelihood of the measurement for the velocity (vx, vy). Its tails end on a floor. `Evidence`: members like
-/// VelocityEvidence's, each a T.
+/// Parts of the squared distance of a velocity from the measurement that depend on its v_x.
+template <class T>
+struct DistanceAlongX {
+  T squares;
+  T cross;  ///< times the distance along y
+};
+template <class Evidence, class T>
+STEREOGRID_HD inline DistanceAlongX<T> distance_along_x(const Evidence& evidence, T vx_mps) {
+  const T x{vx_mps - evidence.x};
+  return {evidence.xx * x * x, number(x, 2.0f) * evidence.xy * x};
+}
+
+/// Likelihood of the measurement for a velocity at `y` from it, `y_squares` = yy·y². Its tails end on a floor.
+template <class T>
+STEREOGRID_HD inline T likelihood_at(const DistanceAlongX<T>& along_x, T y, T y_squares) {
+  const T one{number(y, 1.0f)};
+  const T near{one / (one + number(y, 0.5f) * (along_x.squares + along_x.cross * y + y_squares))};
+  return number(y, likelihood_floor) + near * near * near;
+}
+
+/// For the velocity (vx, vy). `Evidence`: members like VelocityEvidence's, each a T.
 template <class Evidence, class T>
 STEREOGRID_HD inline T likelihood_of(const Evidence& evidence, T vx_mps, T vy_mps) {
-  const T x{vx_mps - evidence.x};
   const T y{vy_mps - evidence.y};
-  const T one{number(x, 1.0f)};
-  const T squared_distance{evidence.xx * x * x + number(x, 2.0f) * evidence.xy * x * y + evidence.yy * y * y};
-  const T near{one / (one + number(x, 0.5f) * squared_distance)};
-  return number(x, likelihood_floor) + near * near * near;
+  return likelihood_at(distance_along_x(evidence, vx_mps), y, T{evidence.yy * y * y});
 }

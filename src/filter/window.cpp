@@ -71,7 +71,7 @@ FilterTables::FilterTables(const FilterConfig& config) : lattice{velocity_lattic
 
 WeighingSpace::WeighingSpace(int cells, const FilterTables& tables, int threads)
     : masses(static_cast<std::size_t>(threads * parts_of_a_thread),
-             std::vector<float>(tables.lattice.size() * block_columns)),
+             std::vector<float>((tables.lattice.size() + 2 * tables.axis_mps.size()) * block_columns)),
       starts(static_cast<std::size_t>(cells) * static_cast<std::size_t>(cells)) {
   const BlockLayout layout{cells};
   ranges.reserve(static_cast<std::size_t>(layout.across) * static_cast<std::size_t>(cells));

@@ -43,34 +43,51 @@ class Weighing {
     return false;
   }
 
-  void run() const { rescale(apply()); }
+  void run() const { cells_.masses != nullptr ? run<true>() : run<false>(); }
 
  private:
   static Vector set(float value) { return hn::Set(Float{}, value); }
   [[nodiscard]] Vector load(const float* of_cells) const { return hn::LoadU(Float{}, of_cells + lane_); }
   void store(Vector v, float* of_cells) const { hn::StoreU(v, Float{}, of_cells + lane_); }
-  [[nodiscard]] std::size_t standstill() const { return axis_mps_.size() * axis_mps_.size() / 2; }
+  [[nodiscard]] std::size_t side() const { return axis_mps_.size(); }
+  [[nodiscard]] std::size_t standstill() const { return side() * side() / 2; }
   [[nodiscard]] float* masses(std::size_t k) const { return cells_.masses + k * block_cells + lane_; }
-  [[nodiscard]] Vector mass(std::size_t k) const {
-    if (cells_.masses != nullptr) return hn::LoadU(Float{}, masses(k));
-    return load(k == standstill() ? cells_.standing : cells_.each);
+  [[nodiscard]] float* weighed(std::size_t k) const { return space_ + k * block_columns; }
+
+  template <bool has_masses>
+  void run() const {
+    rescale<has_masses>(apply<has_masses>());
   }
 
   // The masses times their likelihoods; returns the scale that keeps their sum.
+  template <bool has_masses>
   [[nodiscard]] Vector apply() const {
+    const Float d;
+    const Evidence evidence{load(cells_.x), load(cells_.y_mps), load(cells_.xx), load(cells_.xy), load(cells_.yy)};
+    float* const along_x{weighed(side() * side())};  // squares and cross of each v_x
+    for (std::size_t i{0}; i < side(); ++i) {
+      const DistanceAlongX<Vector> distance{distance_along_x(evidence, set(axis_mps_[i]))};
+      hn::StoreU(distance.squares, d, along_x + 2 * i * block_columns);
+      hn::StoreU(distance.cross, d, along_x + (2 * i + 1) * block_columns);
+    }
+    const Vector each{load(cells_.each)};
+    const Vector standing{load(cells_.standing)};
     Vector before{set(0)};
     Vector after{set(0)};
     std::size_t k{0};
-    const Evidence evidence{load(cells_.x), load(cells_.y_mps), load(cells_.xx), load(cells_.xy), load(cells_.yy)};
     for (const float vy_mps : axis_mps_) {
+      const Vector y{hn::Sub(set(vy_mps), evidence.y)};
+      const Vector y_squares{hn::Mul(hn::Mul(evidence.yy, y), y)};
       Vector row_before{set(0)};
       Vector row_after{set(0)};
-      for (const float vx_mps : axis_mps_) {
-        const Vector here{mass(k)};
-        const Vector weighed{hn::Mul(here, likelihood_of(evidence, set(vx_mps), set(vy_mps)))};
+      for (const float* along{along_x}; along != along_x + 2 * side() * block_columns;
+           along += 2 * block_columns, ++k) {
+        const Vector here{has_masses ? hn::LoadU(d, masses(k)) : (k == standstill() ? standing : each)};
+        const DistanceAlongX<Vector> distance{hn::LoadU(d, along), hn::LoadU(d, along + block_columns)};
+        const Vector product{hn::Mul(here, likelihood_at(distance, y, y_squares))};
         row_before = hn::Add(row_before, here);
-        row_after = hn::Add(row_after, weighed);
-        hn::StoreU(weighed, Float{}, space_ + block_columns * k++);
+        row_after = hn::Add(row_after, product);
+        hn::StoreU(product, d, weighed(k));
       }
       before = hn::Add(before, row_before);
       after = hn::Add(after, row_after);
@@ -78,25 +95,27 @@ class Weighing {
     return hn::IfThenElse(hn::Gt(after, set(0)), hn::Div(before, after), set(1));
   }
 
+  template <bool has_masses>
   void rescale(Vector scale) const {
+    const Float d;
     float is_weighed[block_columns];
     for (int i{0}; i < block_columns; ++i) is_weighed[i] = cells_.is_weighed[i] ? 1.0f : 0.0f;
-    const auto weighed = hn::Gt(load(is_weighed), set(0));
+    const auto is_kept = hn::Eq(load(is_weighed), set(0));
     LatticeSums<Vector> sum{no_sums(set(0))};
     std::size_t k{0};
     for (const float vy_mps : axis_mps_) {
       LatticeRowSums<Vector> row{no_row_sums(set(0))};
       for (const float vx_mps : axis_mps_) {
-        const Vector mass{hn::Mul(hn::LoadU(Float{}, space_ + block_columns * k), scale)};
+        const Vector mass{hn::Mul(hn::LoadU(d, weighed(k)), scale)};
         row.add(set(vx_mps), mass);
-        if (k == standstill()) store(mass, cells_.standing);
-        if (cells_.masses != nullptr) {
-          hn::StoreU(hn::IfThenElse(weighed, mass, hn::LoadU(Float{}, masses(k))), Float{}, masses(k));
+        if constexpr (has_masses) {
+          hn::StoreU(hn::IfThenElse(is_kept, hn::LoadU(d, masses(k)), mass), d, masses(k));
         }
         ++k;
       }
       sum.add(set(vy_mps), row);
     }
+    store(hn::Mul(hn::LoadU(d, weighed(standstill())), scale), cells_.standing);
     store(sum.mass, cells_.sum_mass);
     store(sum.x, cells_.sum_x);
     store(sum.y, cells_.sum_y);

@@ -33,8 +33,8 @@ struct WeighedCells {
   float sum_yy[block_columns];
 };
 
-/// `weigh` for cells side by side, equal to it on every instruction set. Works in `space`: block_columns for each
-/// velocity.
+/// `weigh` for cells side by side, equal to it on every instruction set. Works in `space`, see
+/// WeighingSpace::masses.
 void weigh_cells(const std::vector<float>& axis_mps, float* space, WeighedCells& cells);
 
 }  // namespace stereogrid

@@ -100,15 +100,21 @@ int floor_of(int numerator, int denominator) {
   return numerator >= 0 ? numerator / denominator : -((denominator - 1 - numerator) / denominator);
 }
 
+constexpr int lanes{hn::MaxLanes(Float{})};
+
 // The cells of the step before from which a block gets the mass of a moving velocity: block_columns + 1 columns from x
 // on and block_rows + 1 rows from y on. They lie in up to two by two blocks.
 class Antecedent {
  public:
+  static constexpr int rows{block_rows + 1};
+  static constexpr int pitch{2 * block_columns};
+
   Antecedent(const JointStep& joint, std::size_t k, int x, int y)
       : joint_{joint},
         space_{joint.after.space},
         cells_{joint.before.blocks.layout().cells},
         x_{x},
+        y_{y},
         left_{floor_of(x, block_columns)},
         top_{floor_of(y, block_rows)} {
     const bool is_inside{x >= 0 && y >= 0 && x + block_columns < cells_ && y + block_rows < cells_};
@@ -119,13 +125,21 @@ class Antecedent {
     }
   }
 
-  // Its columns of row y.
-  const float* row(int y, float* buffer) const {
-    if (is_even_) return space_.even.row(y) + x_;
-    const int below{floor_of(y, block_rows) - top_};
-    fill(left_, y, masses_[2 * below], buffer);
-    fill(left_ + 1, y, masses_[2 * below + 1], buffer + block_columns);
-    return buffer + (x_ - left_ * block_columns);
+  // Some have the masses of an image's cells.
+  [[nodiscard]] View<const float> cells(float* buffer) const {
+    if (is_even_) return {space_.even.row(y_) + x_, block_columns + 1, rows, space_.even.width()};
+    const int first{x_ - left_ * block_columns};
+    for (int i{0}; i < 4; ++i) {
+      const int begin{i < 2 ? y_ : (top_ + 1) * block_rows};
+      const int end{i < 2 ? (top_ + 1) * block_rows : y_ + rows};
+      // whole vectors
+      const CellColumns needed{i % 2 == 0 ? CellColumns{first / lanes * lanes, block_columns}
+                                          : CellColumns{0, std::min(first / lanes * lanes + lanes, block_columns)}};
+      for (int y{begin}; y < end; ++y) {
+        fill(left_ + i % 2, y, masses_[i], needed, buffer + (y - y_) * pitch + i % 2 * block_columns);
+      }
+    }
+    return {buffer + first, block_columns + 1, rows, pitch};
   }
 
  private:
@@ -139,55 +153,53 @@ class Antecedent {
     return slot >= 0 ? joint_.before.blocks.masses(slot) + k * block_cells : nullptr;
   }
 
-  void fill(int block_x, int y, const float* masses, float* out) const {
+  HWY_INLINE void fill(int block_x, int y, const float* masses, CellColumns needed, float* out) const {
     const int x{block_x * block_columns};
     const int inside{x < 0 || y < 0 || y >= cells_ ? 0 : std::clamp(cells_ - x, 0, block_columns)};
-    if (inside > 0) {
-      masses != nullptr ? disturb(masses + y % block_rows * block_columns, x, y, inside, out) : copy(x, y, inside, out);
+    const float* const even{inside > 0 ? space_.even.row(y) + x : nullptr};
+    const float* const gained{inside > 0 ? space_.gained.row(y) + x : nullptr};
+    const auto write = [&](auto d, int i) {
+      const auto after = [&] {
+        if (masses == nullptr) return hn::LoadU(d, even + i);
+        const auto mass = hn::LoadU(d, masses + y % block_rows * block_columns + i);
+        return disturbed(hn::Set(d, joint_.step.kept_moving), mass, hn::LoadU(d, gained + i));
+      };
+      hn::StoreU(after(), d, out + i);
+    };
+    if (inside == block_columns) {
+      for (int i{needed.begin}; i < needed.end; i += lanes) write(Float{}, i);
+    } else {
+      for_shrinking_vectors(Float{}, 0, inside, write);
+      std::fill(out + inside, out + block_columns, even_outside(joint_.step));
     }
-    if (inside < block_columns) std::fill(out + inside, out + block_columns, even_outside(joint_.step));
-  }
-
-  void copy(int x, int y, int inside, float* out) const {
-    const float* const even{space_.even.row(y) + x};
-    for_shrinking_vectors(Float{}, 0, inside, [&](auto d, int i) { hn::StoreU(hn::LoadU(d, even + i), d, out + i); });
-  }
-
-  void disturb(const float* masses, int x, int y, int inside, float* out) const {
-    const float* const gained{space_.gained.row(y) + x};
-    for_shrinking_vectors(Float{}, 0, inside, [&](auto d, int i) {
-      const auto share = hn::Set(d, joint_.step.kept_moving);
-      hn::StoreU(disturbed(share, hn::LoadU(d, masses + i), hn::LoadU(d, gained + i)), d, out + i);
-    });
   }
 
   const JointStep& joint_;
   const FilterSpace& space_;
   int cells_;
   int x_;
+  int y_;
   int left_;
   int top_;
   bool is_even_{true};
   const float* masses_[4];
 };
 
-// Between what `row(y, buffer)` has for the rows y and y + 1 and the columns beside each other.
-template <class Row>
-HWY_INLINE void gather_block(const Antecedents& from, int y_begin, const Row& row, float* masses) {
-  alignas(64) float buffer[2 * block_columns];
-  alignas(64) float rows[block_rows + 1][block_columns];
-  for (int r{0}; r <= block_rows; ++r) {
-    const float* const cells{row(y_begin + r, buffer)};
-    for_shrinking_vectors(Float{}, 0, block_columns, [&](auto d, int i) {
-      const auto along_x = between(hn::LoadU(d, cells + i), hn::LoadU(d, cells + i + 1), hn::Set(d, from.fx));
-      hn::StoreU(along_x, d, rows[r] + i);
-    });
-  }
-  for (int r{0}; r < block_rows; ++r) {
-    for_shrinking_vectors(Float{}, 0, block_columns, [&](auto d, int i) {
-      const auto mass = between(hn::LoadU(d, rows[r] + i), hn::LoadU(d, rows[r + 1] + i), hn::Set(d, from.fy));
-      hn::StoreU(mass, d, masses + r * block_columns + i);
-    });
+// Between cells beside each other.
+void gather_block(const Antecedents& from, View<const float> cells, float* masses) {
+  const Float d;
+  const auto x_share = hn::Set(d, from.fx);
+  const auto y_share = hn::Set(d, from.fy);
+  for (int i{0}; i < block_columns; i += lanes) {
+    const auto along_x = [&](int row) {
+      return between(hn::LoadU(d, cells.row(row) + i), hn::LoadU(d, cells.row(row) + i + 1), x_share);
+    };
+    auto above = along_x(0);
+    for (int row{0}; row < block_rows; ++row) {
+      const auto below = along_x(row + 1);
+      hn::StoreU(between(above, below, y_share), d, masses + row * block_columns + i);
+      above = below;
+    }
   }
 }
 
@@ -202,6 +214,13 @@ void predict_standing(const JointStep& joint, const CellBox& cells, float* masse
       row[i] = joint.after.space.standing(cells.x_first + i + joint.scroll.x, y + joint.scroll.y);
     }
   }
+}
+
+bool has_new_cells(const JointStep& joint, const CellBox& cells) {
+  const int x{cells.x_first + joint.scroll.x};
+  const int y{cells.y_first + joint.scroll.y};
+  const int size{joint.before.occupancy.width()};
+  return x < 0 || y < 0 || x + block_columns > size || y + block_rows > size;
 }
 
 // Cells that have just come into the window know nothing.
@@ -221,6 +240,8 @@ void PredictBlock(const JointStep& joint, int block) {
   const CellBox cells{layout.cells_of(block)};
   float* const masses{joint.after.blocks.masses(joint.after.blocks.slot(block))};
   const std::size_t velocities{joint.after.space.from.size()};
+  const bool has_new{has_new_cells(joint, cells)};
+  alignas(64) float buffer[Antecedent::rows * Antecedent::pitch];
   for (std::size_t k{0}; k < velocities; ++k) {
     float* const of_velocity{masses + k * block_cells};
     if (static_cast<int>(k) == joint.step.standstill()) {
@@ -231,10 +252,8 @@ void PredictBlock(const JointStep& joint, int block) {
     // far beyond the window all is as just beyond it
     const int x_first{std::clamp(cells.x_first + from.ix, -2 * block_columns, layout.cells + block_columns)};
     const int y_first{std::clamp(cells.y_first + from.iy, -2 * block_rows, layout.cells + block_rows)};
-    const Antecedent antecedent{joint, k, x_first, y_first};
-    gather_block(
-        from, y_first, [&](int y, float* buffer) { return antecedent.row(y, buffer); }, of_velocity);
-    fill_new_cells(joint, cells, of_velocity);
+    gather_block(from, Antecedent{joint, k, x_first, y_first}.cells(buffer), of_velocity);
+    if (has_new) fill_new_cells(joint, cells, of_velocity);
   }
 }
 

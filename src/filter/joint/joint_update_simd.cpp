@@ -150,14 +150,21 @@ void SumRow(const FilterTables& tables, const float* masses, BlockRowSums& sums)
 }
 
 void RescaleRow(const FilterStep& step, const BlockRow& row, float* masses) {
-  for (int k{0}; k < step.velocities(); ++k) {
-    const float* const born{k == step.standstill() ? row.born_standing : row.born_moving};
-    float* const of_velocity{masses + static_cast<std::ptrdiff_t>(k) * block_cells};
-    for_shrinking_vectors(Float{}, 0, row.columns, [&](auto d, int i) {
-      const auto kept = hn::Mul(hn::LoadU(d, row.scale + i), hn::LoadU(d, of_velocity + i));
-      hn::StoreU(hn::Add(kept, hn::LoadU(d, born + i)), d, of_velocity + i);
-    });
-    std::fill(of_velocity + row.columns, of_velocity + block_columns, 0.0f);
+  const int velocities{step.velocities()};
+  const int standstill{step.standstill()};
+  for_shrinking_vectors(Float{}, 0, row.columns, [&](auto d, int i) {
+    const auto scale = hn::LoadU(d, row.scale + i);
+    const auto moving = hn::LoadU(d, row.born_moving + i);
+    const auto standing = hn::LoadU(d, row.born_standing + i);
+    float* of_velocity{masses + i};
+    for (int k{0}; k < velocities; ++k, of_velocity += block_cells) {
+      const auto kept = hn::Mul(scale, hn::LoadU(d, of_velocity));
+      hn::StoreU(hn::Add(kept, k == standstill ? standing : moving), d, of_velocity);
+    }
+  });
+  if (row.columns == block_columns) return;
+  for (int k{0}; k < velocities; ++k, masses += block_cells) {
+    std::fill(masses + row.columns, masses + block_columns, 0.0f);
   }
 }
 
