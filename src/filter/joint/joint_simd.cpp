@@ -135,8 +135,12 @@ class Antecedent {
       // whole vectors
       const CellColumns needed{i % 2 == 0 ? CellColumns{first / lanes * lanes, block_columns}
                                           : CellColumns{0, std::min(first / lanes * lanes + lanes, block_columns)}};
-      for (int y{begin}; y < end; ++y) {
-        fill(left_ + i % 2, y, masses_[i], needed, buffer + (y - y_) * pitch + i % 2 * block_columns);
+      const int block_x{left_ + i % 2};
+      float* const out{buffer + (begin - y_) * pitch + i % 2 * block_columns};
+      if (is_inside(block_x, begin, end)) {
+        fill(block_x, begin, end, masses_[i], needed, out);
+      } else {
+        for (int y{begin}; y < end; ++y) fill_at_border(block_x, y, masses_[i], out + (y - begin) * pitch);
       }
     }
     return {buffer + first, block_columns + 1, rows, pitch};
@@ -153,25 +157,39 @@ class Antecedent {
     return slot >= 0 ? joint_.before.blocks.masses(slot) + k * block_cells : nullptr;
   }
 
-  HWY_INLINE void fill(int block_x, int y, const float* masses, CellColumns needed, float* out) const {
+  // Rows of a block, all of whose columns are in the window.
+  [[nodiscard]] bool is_inside(int block_x, int begin, int end) const {
+    return block_x >= 0 && (block_x + 1) * block_columns <= cells_ && begin >= 0 && end <= cells_;
+  }
+
+  void fill(int block_x, int begin, int end, const float* masses, CellColumns needed, float* out) const {
+    const Float d;
+    const auto kept = hn::Set(d, joint_.step.kept_moving);
+    const float* even{space_.even.row(begin) + block_x * block_columns};
+    const float* gained{space_.gained.row(begin) + block_x * block_columns};
+    if (masses != nullptr) masses += begin % block_rows * block_columns;
+    for (int y{begin}; y < end; ++y, out += pitch, even += space_.even.width(), gained += space_.gained.width()) {
+      for (int i{needed.begin}; i < needed.end; i += lanes) {
+        const auto mass = masses == nullptr ? hn::LoadU(d, even + i)
+                                            : disturbed(kept, hn::LoadU(d, masses + i), hn::LoadU(d, gained + i));
+        hn::StoreU(mass, d, out + i);
+      }
+      if (masses != nullptr) masses += block_columns;
+    }
+  }
+
+  void fill_at_border(int block_x, int y, const float* masses, float* out) const {
     const int x{block_x * block_columns};
     const int inside{x < 0 || y < 0 || y >= cells_ ? 0 : std::clamp(cells_ - x, 0, block_columns)};
-    const float* const even{inside > 0 ? space_.even.row(y) + x : nullptr};
-    const float* const gained{inside > 0 ? space_.gained.row(y) + x : nullptr};
-    const auto write = [&](auto d, int i) {
-      const auto after = [&] {
-        if (masses == nullptr) return hn::LoadU(d, even + i);
-        const auto mass = hn::LoadU(d, masses + y % block_rows * block_columns + i);
-        return disturbed(hn::Set(d, joint_.step.kept_moving), mass, hn::LoadU(d, gained + i));
-      };
-      hn::StoreU(after(), d, out + i);
-    };
-    if (inside == block_columns) {
-      for (int i{needed.begin}; i < needed.end; i += lanes) write(Float{}, i);
-    } else {
-      for_shrinking_vectors(Float{}, 0, inside, write);
-      std::fill(out + inside, out + block_columns, even_outside(joint_.step));
-    }
+    for_shrinking_vectors(Float{}, 0, inside, [&](auto d, int i) {
+      const auto even = hn::LoadU(d, space_.even.row(y) + x + i);
+      hn::StoreU(masses == nullptr ? even
+                                   : disturbed(hn::Set(d, joint_.step.kept_moving),
+                                               hn::LoadU(d, masses + y % block_rows * block_columns + i),
+                                               hn::LoadU(d, space_.gained.row(y) + x + i)),
+                 d, out + i);
+    });
+    std::fill(out + inside, out + block_columns, even_outside(joint_.step));
   }
 
   const JointStep& joint_;
