@@ -16,8 +16,8 @@ TerrainLimits limits_of(const VehicleConfig& config) {
           tangent(config.drop_slope_deg)};
 }
 
-CellRule rule_of(const CellGround& ground, float raised_m, CellRule unknown) {
-  switch (ground.kind) {
+CellRule rule_of(TerrainClass kind, bool is_raised, CellRule unknown) {
+  switch (kind) {
     case TerrainClass::obstacle:
       return CellRule::obstacle;
     case TerrainClass::drop:
@@ -25,7 +25,7 @@ CellRule rule_of(const CellGround& ground, float raised_m, CellRule unknown) {
     case TerrainClass::hidden:
       return CellRule::not_free;
     case TerrainClass::drivable:
-      return ground.raised_m > raised_m ? CellRule::free : CellRule::as_observed;
+      return is_raised ? CellRule::free : CellRule::as_observed;
     case TerrainClass::unknown:
       break;
   }
@@ -64,18 +64,20 @@ FrameTerrain::FrameTerrain(const Rig& level_rig, const Config& config, const Gri
 void FrameTerrain::write_vehicle(const GridInVehicle& grid, int begin, int end, FrameResult& result) {
   clear_rows(result, begin, end);
   fill_rows(vehicle_rules_, begin, end, unknown_);
-  terrain_.visit(grid, begin, end, [&](int ix, int iy, const CellGround& ground) {
+  terrain_.visit(grid, begin, end, [&](int ix, int iy, float x_m, const Terrain::RingPart& part) {
+    const CellGround ground{terrain_.ground_at(x_m, part)};
     result.elevation_m(ix, iy) = ground.elevation_m;
     result.elevation_sigma_m(ix, iy) = ground.sigma_m;
     result.terrain(ix, iy) = ground.kind;
-    vehicle_rules_(ix, iy) = rule_of(ground, raised_m_, unknown_);
+    vehicle_rules_(ix, iy) = rule_of(ground.kind, ground.raised_m > raised_m_, unknown_);
   });
 }
 
 void FrameTerrain::write_window(const GridInVehicle& grid, int begin, int end) {
   fill_rows(window_rules_, begin, end, unknown_);
-  terrain_.visit(grid, begin, end, [&](int ix, int iy, const CellGround& ground) {
-    window_rules_(ix, iy) = rule_of(ground, raised_m_, unknown_);
+  terrain_.visit(grid, begin, end, [&](int ix, int iy, float x_m, const Terrain::RingPart& part) {
+    const bool is_raised{part.wide_m > raised_m_ && terrain_.ground_at(x_m, part).raised_m > raised_m_};
+    window_rules_(ix, iy) = rule_of(part.kind, is_raised, unknown_);
   });
 }
 

@@ -177,12 +177,16 @@ Terrain::RingPart Terrain::part_of(int ring, int first, int last) const {
           wide_m / static_cast<float>(found.sectors)};
 }
 
-void Terrain::set_elevation(float x, const RingPart& part, CellGround& ground) const {
+CellGround Terrain::ground_at(float x_m, const RingPart& part) const {
+  CellGround ground;
+  ground.kind = part.kind;
+  if (!part.is_seen) return ground;
   const auto r = static_cast<std::size_t>(part.ring);
-  ground.elevation_m = part.elevation_m + part.slope * (x - rings_.middle_m(part.ring));
+  ground.elevation_m = part.elevation_m + part.slope * (x_m - rings_.middle_m(part.ring));
   if (std::abs(ground.elevation_m - part.wide_m) < limits_.step_m / 2) ground.raised_m = part.wide_m;  // false: NaN
-  const float noise{camera_.height_sigma(camera_.height_m - ground.elevation_m, part.slope, x, sigma_px_[r])};
+  const float noise{camera_.height_sigma(camera_.height_m - ground.elevation_m, part.slope, x_m, sigma_px_[r])};
   ground.sigma_m = std::sqrt(noise * noise + plane_sigma_m_[r] * plane_sigma_m_[r]);
+  return ground;
 }
 
 void Terrain::add_edges(std::vector<EdgePoint>& edges) const {

@@ -73,7 +73,21 @@ class Terrain {
   }
   /// Edges of the last find(), from left to right: one a sector at most.
   void add_edges(std::vector<EdgePoint>& edges) const;
-  /// Calls work(ix, iy, ground) for the cells of rows begin … end − 1 that may have ground; the others have
+  /// Mean of neighbouring sectors of a ring.
+  struct RingPart {
+    int ring{no_ring};
+    int first{0};
+    int last{0};
+    TerrainClass kind{TerrainClass::unknown};
+    bool is_seen{false};
+    float elevation_m{0};
+    float slope{0};
+    float wide_m{0};  ///< NaN: not all sectors have any
+
+    [[nodiscard]] bool has_ground() const { return is_seen || kind != TerrainClass::unknown; }
+  };
+
+  /// Calls work(ix, iy, x_m, part) for the cells of rows begin … end − 1 that have ground; the others have
   /// CellGround{}.
   template <class Work>
   void visit(const GridInVehicle& grid, int begin, int end, const Work& work) const {
@@ -85,11 +99,20 @@ class Terrain {
       const CellSpan row{observed_cells(places, half_m, iy, grid.grid.nx)};
       for (int ix{row.begin}; ix < row.end; ix += PolarPlaces::size) {
         place(places, half_m, ix, iy, polar);
-        const int cells{std::min(PolarPlaces::size, row.end - ix)};
-        for (int i{0}; i < cells; ++i) work(ix + i, iy, ground_at(polar, static_cast<std::size_t>(i), part));
+        const auto cells = static_cast<std::size_t>(std::min(PolarPlaces::size, row.end - ix));
+        for (std::size_t i{0}; i < cells; ++i) {
+          const int ring{polar.first[i] > polar.last[i] ? no_ring : rings_.at_place(polar.ring[i])};
+          if (ring == no_ring) continue;
+          if (ring != part.ring || polar.first[i] != part.first || polar.last[i] != part.last) {
+            part = part_of(ring, polar.first[i], polar.last[i]);
+          }
+          if (part.has_ground()) work(ix + static_cast<int>(i), iy, polar.x[i], part);
+        }
       }
     }
   }
+  /// Ground `x_m` ahead.
+  [[nodiscard]] CellGround ground_at(float x_m, const RingPart& part) const;
 
   [[nodiscard]] Relief<Host> relief() const { return relief_.view(); }
   [[nodiscard]] std::size_t held_bytes() const;
@@ -104,18 +127,6 @@ class Terrain {
     std::array<int, size> first;  ///< sectors first … last; none, or not ahead: first > last
     std::array<int, size> last;
   };
-  /// Mean of neighbouring sectors of a ring.
-  struct RingPart {
-    int ring{no_ring};
-    int first{0};
-    int last{0};
-    TerrainClass kind{TerrainClass::unknown};
-    bool is_seen{false};
-    float elevation_m{0};
-    float slope{0};
-    float wide_m{0};  ///< NaN: not all sectors have any
-  };
-
   /// Cells begin … end − 1 of a grid's row.
   struct CellSpan {
     int begin;
@@ -127,20 +138,7 @@ class Terrain {
 
   [[nodiscard]] CellSpan observed_cells(const CellPlaces& cells, float half_m, int iy, int nx) const;
   void place(const CellPlaces& cells, float half_m, int ix, int iy, PolarPlaces& polar) const;
-  [[nodiscard]] CellGround ground_at(const PolarPlaces& polar, std::size_t cell, RingPart& part) const {
-    const int first{polar.first[cell]};
-    const int last{polar.last[cell]};
-    if (first > last) return {};
-    const int ring{rings_.at_place(polar.ring[cell])};
-    if (ring == no_ring) return {};
-    if (ring != part.ring || first != part.first || last != part.last) part = part_of(ring, first, last);
-    CellGround ground;
-    ground.kind = part.kind;
-    if (part.is_seen) set_elevation(polar.x[cell], part, ground);
-    return ground;
-  }
   [[nodiscard]] RingPart part_of(int ring, int first, int last) const;
-  void set_elevation(float x, const RingPart& part, CellGround& ground) const;
   void begin(const Ground& ground);
   void begin_walks();
   void count_observed_rings();

@@ -66,7 +66,8 @@ inline Seen walked(const Vehicle& vehicle, const Image<float>& disparity) {
   Ground ground;
   ground.height_m = vehicle.rig.camera_height_m;
   terrain.find(disparity.view(), none.view(), ground, in_order);
-  terrain.visit(grid_in_vehicle(grid, {}), 0, grid.ny, [&](int ix, int iy, const CellGround& cell) {
+  terrain.visit(grid_in_vehicle(grid, {}), 0, grid.ny, [&](int ix, int iy, float x_m, const Terrain::RingPart& part) {
+    const CellGround cell{terrain.ground_at(x_m, part)};
     seen.elevation_m(ix, iy) = cell.elevation_m;
     seen.sigma_m(ix, iy) = cell.sigma_m;
     seen.kind(ix, iy) = cell.kind;
