@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstddef>
 #include <cstdlib>
 #include <utility>
 
@@ -113,25 +115,32 @@ struct TrenchFilter::Search {
   }
 };
 
-// Most of the fall is there. At a wall's edge, before it and in the middle of the wall the disparities are below the
-// line through the first and the last one; those of lower ground fall in the rows of the matcher's window.
-bool TrenchFilter::Shape::is_likely(const Search& search, int edge) const {
-  if (wall_rows == 0) {
-    constexpr float share{0.6f};
-    const int half{std::min(edge_place, 5)};  // within the shape
-    const float* const d{search.disparity + edge};
-    const float level_px{static_cast<float>(2 * half) * search.growth};
-    return d[-half] > 0 && d[half] - d[-half] > level_px + share * search.step_px(edge);
-  }
-  const float* const d{search.disparity + edge - edge_place};
-  const float rise{d[fall.size() - 1] - d[0]};
-  if (!(d[0] > 0) || rise < static_cast<float>(fall.size() - 1) * ground_growth_min * search.growth) return false;
+// Most of the fall is there; lower ground falls in the rows of the matcher's window.
+bool TrenchFilter::is_lower(const Search& search, int edge) const {
+  constexpr float share{0.6f};
+  const int half{std::min(margin_, 5)};  // within the shape
+  const float* const d{search.disparity + edge};
+  const float level_px{static_cast<float>(2 * half) * search.growth};
+  return d[-half] > 0 && d[half] - d[-half] > level_px + share * search.step_px(edge);
+}
+
+// At a wall's edge, before it and in the middle of the wall the disparities are below the line through the first and
+// the last one. Sets `bit` of the edges where most of that fall is there, in a loop that g++ turns into vectors.
+void TrenchFilter::Shape::mark_likely(const Search& search, int first, int end, int bit, int* likely) const {
+  const float* const d{search.disparity + first - edge_place};
+  const auto last = static_cast<std::ptrdiff_t>(fall.size() - 1);
+  const float rise_min{static_cast<float>(last) * ground_growth_min * search.growth};
   const float least{0.8f * search.fall_min * search.growth};
-  for (const Probe& probe : probes) {
-    const float there{d[probe.place]};
-    if (!(there > 0) || d[0] + probe.along * rise - there < least * probe.fall) return false;
+  const std::array<Probe, 3> probe{probes};
+  for (std::ptrdiff_t i{0}; i < end - first; ++i) {
+    const float rise{d[i + last] - d[i]};
+    int is_likely{(d[i] > 0) & (rise >= rise_min)};
+    for (const Probe& one : probe) {
+      const float there{d[i + one.place]};
+      is_likely &= (there > 0) & (d[i] + one.along * rise - there >= least * one.fall);
+    }
+    likely[i] |= is_likely * bit;
   }
-  return true;
 }
 
 TrenchFilter::TrenchFilter(int height_px, int sectors, int window_rows)
@@ -214,16 +223,28 @@ Trench* TrenchFilter::beside(int sector, int side, int reach, int row) {
 
 std::optional<Trench> TrenchFilter::best(const Search& search, int lowest, int highest) const {
   std::optional<Trench> found;
-  const int first{std::min(lowest, search.rows.end_row - 1 - margin_)};
-  for (int edge{first}; edge >= std::max(highest, search.rows.first_row + 1); --edge) {
-    if (search.rows.tangent(static_cast<float>(edge)) < search.limits->drop_slope) break;
-    if (!(search.disparity[edge] > 0)) continue;
-    for (const Shape& shape : shapes_) {
-      if (edge - shape.edge_place < search.rows.first_row) break;
-      if (!shape.is_likely(search, edge)) continue;  // saves most of the work
-      const std::optional<Trench> trench{shape.wall_rows == 0 ? lower_ground(search, shape, edge)
-                                                              : wall(search, shape, edge)};
-      if (trench && (!found || trench->gain > found->gain)) found = trench;
+  const auto take = [&found](const std::optional<Trench>& trench) {
+    if (trench && (!found || trench->gain > found->gain)) found = trench;
+  };
+  const int end{std::min(lowest + 1, search.rows.end_row - margin_)};
+  int first{std::max(highest, search.rows.first_row + 1)};
+  while (first < end && search.rows.tangent(static_cast<float>(first)) < search.limits->drop_slope) ++first;
+  std::array<int, 64> likely;  // shapes by bits; most of the work is saved by them
+  const int rows{static_cast<int>(likely.size())};
+  for (int edge_end{end}; edge_end > first; edge_end -= rows) {
+    const int begin{std::max(first, edge_end - rows)};
+    likely = {};
+    for (std::size_t k{1}; k < shapes_.size(); ++k) {
+      const int from{std::max(begin, search.rows.first_row + shapes_[k].edge_place)};
+      if (from < edge_end) shapes_[k].mark_likely(search, from, edge_end, 1 << k, &likely[from - begin]);
+    }
+    for (int edge{edge_end - 1}; edge >= begin; --edge) {
+      if (!(search.disparity[edge] > 0)) continue;
+      if (edge - margin_ >= search.rows.first_row && is_lower(search, edge))
+        take(lower_ground(search, shapes_[0], edge));
+      for (auto left = static_cast<unsigned>(likely[edge - begin]); left != 0; left &= left - 1) {
+        take(wall(search, shapes_[static_cast<std::size_t>(std::countr_zero(left))], edge));
+      }
     }
   }
   return found;

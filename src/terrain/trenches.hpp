@@ -67,7 +67,7 @@ class TrenchFilter {
     std::vector<float> fall{};
     std::array<Probe, 3> probes{};
 
-    [[nodiscard]] bool is_likely(const Search& search, int edge) const;
+    void mark_likely(const Search& search, int first, int end, int bit, int* likely) const;
   };
 
   [[nodiscard]] std::optional<Trench>& at(int sector) { return found_[static_cast<std::size_t>(sector)]; }
@@ -77,6 +77,7 @@ class TrenchFilter {
   [[nodiscard]] Trench* beside(int sector, int side, int reach, int row);
   /// The most certain trench with its edge in rows `lowest` to `highest`, upwards.
   [[nodiscard]] std::optional<Trench> best(const Search& search, int lowest, int highest) const;
+  [[nodiscard]] bool is_lower(const Search& search, int edge) const;
   [[nodiscard]] std::optional<Trench> wall(const Search& search, const Shape& shape, int edge) const;
   [[nodiscard]] std::optional<Trench> lower_ground(const Search& search, const Shape& shape, int edge) const;
   [[nodiscard]] static bool is_within(const Search& search, const TrenchFit& fit, float gain, float jump_px);
