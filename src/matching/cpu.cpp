@@ -71,7 +71,8 @@ std::size_t band_memory(const MatchingConfig& config, const MatchingSpace& space
   return correlate_memory(space.left.width(), upright_shifts(config), config.window_px / 2);
 }
 
-void correlate(Cpu& cpu, const MatchingConfig& config, MatchingSpace& space, CandidateSink& sink) {
+void correlate(Cpu& cpu, const RoadPlane& plane, const MatchingConfig& config, MatchingSpace& space,
+               CandidateSink& sink) {
   const int height{space.left.height()};
   const int bits{compared_bits(config.window_px)};
   cpu.for_ranges(height, rows_grain, [&](int begin, int end) {
@@ -85,8 +86,8 @@ void correlate(Cpu& cpu, const MatchingConfig& config, MatchingSpace& space, Can
   const ShortCensus census{space.short_left, space.short_right_reversed, space.short_sheared};
   cpu.for_parts(height, cpu.threads(), [&](int part, int begin, int end) {
     const std::size_t p{static_cast<std::size_t>(part)};
-    correlate_band({census, upright, half, uniqueness_1024(config), begin, end,
-                    aligned(space.memory.data()) + p * memory_of_band, &space.rows[p], &sink});
+    correlate_band({census, upright, half, uniqueness_1024(config), confidence_model(config).cost_limit, plane, begin,
+                    end, aligned(space.memory.data()) + p * memory_of_band, &space.rows[p], &sink});
   });
 }
 
@@ -157,7 +158,7 @@ void find_candidates(Cpu& cpu, View<const std::uint8_t> left, View<const std::ui
   if (config.method == MatchingMethod::semi_global) {
     optimise_census(cpu, plane, config, space, sink);
   } else {
-    correlate(cpu, config, space, sink);
+    correlate(cpu, plane, config, space, sink);
   }
 }
 

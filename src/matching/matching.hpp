@@ -66,7 +66,9 @@ void match(Cpu& cpu, View<const std::uint8_t> left, View<const std::uint8_t> rig
 void match(Reference& reference, View<const std::uint8_t> left, View<const std::uint8_t> right, const RoadPlane& plane,
            const MatchingConfig& config, MatchingSpace& space, Matches& matches);
 
-/// The candidates alone, row by row. Exposed for tests.
+/// The candidates alone, row by row. Upright shifts and all costs are set everywhere. The CPU's correlation sets other
+/// members only where they can matter: level ones where they cost less than upright ones, upright ones where they can
+/// be accepted. Exposed for tests.
 void find_candidates(Cpu& cpu, View<const std::uint8_t> left, View<const std::uint8_t> right, const RoadPlane& plane,
                      const MatchingConfig& config, MatchingSpace& space, CandidateSink& sink);
 void find_candidates(Reference& reference, View<const std::uint8_t> left, View<const std::uint8_t> right,

@@ -68,7 +68,24 @@ struct MatchRun {
     matches.obstacle.fill(-7);
     Recorder recorder{upright, level};
     find_candidates(back_end, left.view(), right.view(), plane, config, space, recorder);
+    if (config.method == MatchingMethod::correlation) clear_unspecified(plane, config);
     match(back_end, left.view(), right.view(), plane, config, space, matches);
+  }
+
+  // Members that find_candidates need not set.
+  void clear_unspecified(const RoadPlane& plane, const MatchingConfig& config) {
+    for (int v{0}; v < upright.height(); ++v) {
+      for (int u{0}; u < upright.width(); ++u) {
+        Candidate& obstacle{upright(u, v)};
+        Candidate& road{level(u, v)};
+        const bool is_cheaper{road.cost < obstacle.cost};
+        if (!is_cheaper) road = {road.cost, 0, 0, 0, 0};
+        const bool is_road{is_cheaper && road_row(plane, v).at(u) > 65535};
+        if (is_road || obstacle.cost > confidence_model(config).cost_limit) {
+          obstacle = {obstacle.cost, 0, 0, 0, obstacle.shift};
+        }
+      }
+    }
   }
 
   MatchingSpace space;

@@ -39,8 +39,12 @@ void correlate_rows(const Band& band) {
   for (int v{band.first_row}; v < band.end_row; ++v) {
     const int in{v + half};
     const int out{v - half - 1};
-    upright.finish_row(left(in), right_reversed(in), left(out), right_reversed(out), band.candidates->upright);
-    level.finish_row(left(in), census.sheared.clamped_row(in), band.candidates->level);
+    CandidateRow& of_upright{band.candidates->upright};
+    CandidateRow& of_level{band.candidates->level};
+    level.find_costs(left(in), census.sheared.clamped_row(in), of_level);
+    upright.finish_row(left(in), right_reversed(in), left(out), right_reversed(out),
+                       {of_level.cost(), road_row(band.plane, v), band.cost_limit}, of_upright);
+    level.compare_costs(of_upright.cost(), of_level);
     band.sink->take(v, *band.candidates);
   }
 }

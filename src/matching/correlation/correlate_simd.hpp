@@ -25,6 +25,8 @@ struct Band {
   Shifts upright;
   int half_window{0};
   int uniqueness_1024{0};
+  int cost_limit{0};
+  const RoadPlane& plane;
   int first_row{0};
   int end_row{0};
   std::uint8_t* memory{nullptr};  ///< correlate_memory() bytes, 64-byte aligned
@@ -43,7 +45,8 @@ std::size_t correlate_memory(int width, Shifts upright, int half_window);
 /// Elements beyond the ends of the rows of `ShortCensus` that are read, whatever the instruction set.
 int correlate_border(Shifts upright);
 
-/// Writes the candidates of the band's rows, equal to the reference on every instruction set.
+/// Writes the candidates of the band's rows; members that find_candidates sets equal the reference on every instruction
+/// set.
 void correlate_band(const Band& band);
 
 /// Name of the instruction set that correlate_band uses on this machine; "SCALAR": it cannot work.

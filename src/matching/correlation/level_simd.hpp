@@ -48,9 +48,26 @@ class LevelRows {
     for (int u{0}; u < width_; u += lanes) move_boxes(u);
   }
 
-  void finish_row(const std::uint8_t* left, const std::uint8_t* sheared, CandidateRow& out) {
+  // Adds a row, and takes away the one that has left the window.
+  void find_costs(const std::uint8_t* left, const std::uint8_t* sheared, CandidateRow& out) {
     sum_row(left, sheared);
-    for (int u{0}; u < width_; u += lanes) store_best(move_boxes(u), u, out);
+    for (int u{0}; u < width_; u += lanes) {
+      const Sums box{move_boxes(u)};
+      auto cost = box.of[0];
+      for (int k{1}; k < count; ++k) cost = hn::Min(cost, box.of[k]);
+      hn::StoreU(cost, Words{}, out.cost() + u);
+    }
+  }
+
+  // The rest of the candidates where they are cheaper than others; with vectors that run over.
+  void compare_costs(const std::uint16_t* others, CandidateRow& out) const {
+    const Words d16;
+    for (int u{0}; u < width_; u += lanes) {
+      if (hn::AllFalse(d16, hn::Lt(hn::LoadU(d16, out.cost() + u), hn::LoadU(d16, others + u)))) continue;
+      Sums box;
+      for (int k{0}; k < count; ++k) box.of[k] = hn::Load(d16, boxes_ + stride_ * k + u);
+      compare_costs_at(box, u, out);
+    }
   }
 
  private:
@@ -99,7 +116,7 @@ class LevelRows {
     return box;
   }
 
-  HWY_INLINE void store_best(const Sums& box, int u, CandidateRow& out) const {
+  HWY_INLINE void compare_costs_at(const Sums& box, int u, CandidateRow& out) const {
     const Words d16;
     const auto set = [&](int value) { return hn::Set(d16, static_cast<std::uint16_t>(value)); };
     Sums up_to;  // smallest of the shifts 0 … k
@@ -123,7 +140,6 @@ class LevelRows {
       second = choose(k < count - 2 ? hn::Min(below, from.of[k + 2]) : below, second);
     }
     const auto has_rivals = hn::Lt(second, rival_limit(cost, uniqueness_1024_));
-    hn::StoreU(cost, d16, out.cost() + u);
     hn::StoreU(hn::IfThenElseZero(has_rivals, set(1)), d16, out.has_rivals() + u);
     hn::StoreU(before, d16, out.before() + u);
     hn::StoreU(after, d16, out.after() + u);

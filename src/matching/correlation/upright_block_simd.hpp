@@ -10,6 +10,7 @@
 #define STEREOGRID_UPRIGHT_BLOCK_SIMD
 #endif
 
+#include <algorithm>
 #include <bit>
 #include <cstdint>
 #include <cstring>
@@ -18,12 +19,29 @@
 #include "matching/correlation/correlate_simd.hpp"
 #include "matching/correlation/rival_limit_simd.hpp"
 #include "matching/minima_simd.hpp"
+#include "matching/model.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace stereogrid {
 namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
+
+// A row's contest between both hypotheses.
+struct Contest {
+  // Whether an upright match of these costs may be accepted at u or the pixels after it.
+  [[nodiscard]] HWY_INLINE bool is_open(V16 cost, int u) const {
+    const Words d16;
+    const int last{u + static_cast<int>(hn::Lanes(d16)) - 1};
+    auto highest = hn::Set(d16, static_cast<std::uint16_t>(cost_limit));
+    if (std::min(road.at(u), road.at(last)) > 65535) highest = hn::Min(highest, hn::LoadU(d16, level_cost + u));
+    return !hn::AllFalse(d16, hn::Eq(hn::Min(cost, highest), cost));
+  }
+
+  const std::uint16_t* level_cost;
+  RoadRow road;
+  int cost_limit;
+};
 
 // Candidates of up to `shift_count` shifts, a multiple of `tile`. Sums are costs times `scale`, plus an eighth of the
 // shift's place in its tile: the smallest sum of a tile and its lane modulo 8 give the first of the best shifts. It
@@ -66,19 +84,29 @@ class UprightBlock {
   }
 
   // Candidates of the first `count` pixels, to u and on; with vectors that run over.
-  HWY_INLINE void finish(int u, int count, CandidateRow& out) {
+  HWY_INLINE void finish(int u, int count, const Contest& contest, CandidateRow& out) {
     if constexpr (tiles > 1) join_tiles();
-    mask_least(count);
-    find_second(count);
-    for (int i{0}; i < pixels; i += lanes) candidates_at(i, u + i, out);
+    bool decides[groups];
+    for (int i{0}; i < groups; ++i) decides[i] = find_costs(i * lanes, u + i * lanes, contest, out);
+    const auto where_it_decides = [&](const auto& step) {
+      for (int i{0}; i < groups; ++i) {
+        if (decides[i]) step(i * lanes, std::min((i + 1) * lanes, count));
+      }
+    };
+    where_it_decides([&](int first, int end) { mask_least(first, end); });
+    where_it_decides([&](int first, int end) { find_second(first, end); });
+    where_it_decides([&](int first, int) { compare_costs(first, u + first, out); });
   }
 
  private:
+  static constexpr int groups{pixels / lanes};
   static constexpr int tiles{n / tile};
   static constexpr int stride{n + lanes};
   static constexpr int scale_bits{std::countr_zero(scale)};
 
   [[nodiscard]] std::uint16_t* sums_of(int pixel) { return sums_ + lanes + pixel * stride; }
+
+  static HWY_INLINE V16 cost_of(V16 sums) { return hn::ShiftRight<scale_bits>(sums); }
 
   // The first tile's smallest sums become those of all.
   void join_tiles() {
@@ -97,21 +125,21 @@ class UprightBlock {
   }
 
   // Stores the best sums and those beside them, and takes them out of the search.
-  void mask_least(int count) {
+  void mask_least(int first, int end) {
     const hn::ScalableTag<std::int32_t> d32;
     constexpr int at_once{static_cast<int>(hn::MaxLanes(d32))};
-    auto before_shift_0 = hn::Mul(hn::Iota(d32, 0), hn::Set(d32, stride));
+    auto before_shift_0 = hn::Mul(hn::Iota(d32, first), hn::Set(d32, stride));
     before_shift_0 = hn::Add(before_shift_0, hn::Set(d32, lanes - 1));
-    alignas(64) std::int32_t places[pixels];
-    for (int pixel{0}; pixel < pixels; pixel += at_once) {
+    alignas(64) std::int32_t places[lanes];
+    for (int pixel{first}; pixel < first + lanes; pixel += at_once) {
       const auto least = hn::Load(d32, least_[0] + pixel);
       const auto eighths = hn::ShiftLeft<3>(hn::And(least, hn::Set(d32, std::int32_t{scale - 1})));
-      hn::Store(hn::Add(hn::Add(before_shift_0, eighths), hn::ShiftRight<16>(least)), d32, places + pixel);
+      hn::Store(hn::Add(hn::Add(before_shift_0, eighths), hn::ShiftRight<16>(least)), d32, places + pixel - first);
       before_shift_0 = hn::Add(before_shift_0, hn::Set(d32, at_once * stride));
     }
 #pragma GCC unroll 4
-    for (int pixel{0}; pixel < count; ++pixel) {
-      std::uint16_t* const from{sums_ + places[pixel]};
+    for (int pixel{first}; pixel < end; ++pixel) {
+      std::uint16_t* const from{sums_ + places[pixel - first]};
       std::uint64_t around;
       std::memcpy(&around, from, sizeof around);
       around_[pixel] = around;
@@ -120,10 +148,10 @@ class UprightBlock {
     }
   }
 
-  void find_second(int count) {
+  void find_second(int first, int end) {
     const Words d16;
 #pragma GCC unroll 2
-    for (int pixel{0}; pixel < count; ++pixel) {
+    for (int pixel{first}; pixel < end; ++pixel) {
       const std::uint16_t* const sums{sums_of(pixel)};
       auto least = hn::Load(d16, sums);
       for (int i{1}; i < vectors; ++i) least = hn::Min(least, hn::Load(d16, sums + i * lanes));
@@ -131,30 +159,40 @@ class UprightBlock {
     }
   }
 
-  HWY_INLINE void candidates_at(int pixel, int u, CandidateRow& out) const {
+  // Costs and shifts of some pixels; returns whether the rest of their candidates matters.
+  HWY_INLINE bool find_costs(int pixel, int u, const Contest& contest, CandidateRow& out) const {
+    const Words d16;
+    const auto least = [&](int part) {
+      return hn::Load(d16, reinterpret_cast<const std::uint16_t*>(least_[0] + pixel) + part * lanes);
+    };
+    const auto best = hn::ConcatEven(d16, least(1), least(0));
+    const auto place = hn::ConcatOdd(d16, least(1), least(0));
+    const auto cost = cost_of(best);
+    hn::StoreU(cost, d16, out.cost() + u);
+    const auto eighths = hn::And(best, hn::Set(d16, std::uint16_t{scale - 1}));
+    hn::StoreU(hn::Add(place, hn::ShiftLeft<3>(eighths)), d16, reinterpret_cast<std::uint16_t*>(out.shift()) + u);
+    return contest.is_open(cost, u);
+  }
+
+  // The rest of the candidates.
+  HWY_INLINE void compare_costs(int pixel, int u, CandidateRow& out) const {
     const Words d16;
     const auto set = [&](unsigned value) { return hn::Set(d16, static_cast<std::uint16_t>(value)); };
-    const auto load = [&](const auto* of, int part) {
-      constexpr int numbers{lanes * static_cast<int>(sizeof(std::uint16_t)) / static_cast<int>(sizeof *of)};
-      return hn::Load(d16, reinterpret_cast<const std::uint16_t*>(of + pixel + part * numbers));
+    const auto around = [&](int part) {
+      return hn::Load(d16, reinterpret_cast<const std::uint16_t*>(around_ + pixel) + part * lanes);
     };
-    const auto cost_of = [](V16 sums) { return hn::ShiftRight<scale_bits>(sums); };
-    const auto best = hn::ConcatEven(d16, load(least_[0], 1), load(least_[0], 0));
-    const auto place = hn::ConcatOdd(d16, load(least_[0], 1), load(least_[0], 0));
-    const auto shift = hn::Add(place, hn::ShiftLeft<3>(hn::And(best, set(scale - 1))));
-    const auto low = hn::ConcatEven(d16, load(around_, 1), load(around_, 0));
-    const auto high = hn::ConcatEven(d16, load(around_, 3), load(around_, 2));
-    const auto cost = cost_of(best);
+    const auto low = hn::ConcatEven(d16, around(1), around(0));
+    const auto high = hn::ConcatEven(d16, around(3), around(2));
+    const auto cost = hn::LoadU(d16, out.cost() + u);
+    const auto shift = hn::LoadU(d16, reinterpret_cast<const std::uint16_t*>(out.shift()) + u);
     // no sum reaches 65535 − scale, but masked ones do
     const auto limit = hn::Min(rival_limit(cost, uniqueness_1024_), set(65535 >> scale_bits));
     const auto has_rivals = hn::Lt(hn::Load(d16, second_ + pixel), hn::ShiftLeft<scale_bits>(limit));
     const auto at_end = hn::Or(hn::Eq(shift, set(0)), hn::Eq(shift, set(static_cast<unsigned>(shifts_.count - 1))));
     const auto store = [&](V16 values, std::uint16_t* to) { hn::StoreU(values, d16, to + u); };
-    store(cost, out.cost());
     store(hn::IfThenElseZero(has_rivals, set(1)), out.has_rivals());
     store(hn::IfThenElse(at_end, cost, cost_of(hn::ConcatEven(d16, high, low))), out.before());
     store(hn::IfThenElse(at_end, cost, cost_of(hn::ConcatOdd(d16, high, low))), out.after());
-    store(shift, reinterpret_cast<std::uint16_t*>(out.shift()));
   }
 
   Shifts shifts_;

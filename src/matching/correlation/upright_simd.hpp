@@ -106,10 +106,10 @@ class UprightRows {
 
   // Adds a row, takes one away.
   void finish_row(const std::uint8_t* left, const std::uint8_t* right_reversed, const std::uint8_t* leaving_left,
-                  const std::uint8_t* leaving_right_reversed, CandidateRow& out) {
+                  const std::uint8_t* leaving_right_reversed, const Contest& contest, CandidateRow& out) {
     bits_.take_entering(left, right_reversed);
     bits_.take_leaving(leaving_left, leaving_right_reversed);
-    is_padded_ ? finish_row_as<true>(out) : finish_row_as<false>(out);
+    is_padded_ ? finish_row_as<true>(contest, out) : finish_row_as<false>(contest, out);
   }
 
  private:
@@ -170,7 +170,7 @@ class UprightRows {
   }
 
   template <bool is_padded>
-  HWY_NOINLINE void finish_row_as(CandidateRow& out) {
+  HWY_NOINLINE void finish_row_as(const Contest& contest, CandidateRow& out) {
     update_columns(0, half_);
     Sums box;
     for (int i{0}; i < Block::vectors; ++i) box.part[i] = hn::Load(Words{}, first_sums_ + i * lanes / 2);
@@ -185,7 +185,7 @@ class UprightRows {
         move_box<is_padded>(in, out_of, box);
         block_.take(box, i);
       }
-      block_.finish(start, end - start, out);
+      block_.finish(start, end - start, contest, out);
     }
   }
 
