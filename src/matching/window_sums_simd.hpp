@@ -26,6 +26,7 @@ HWY_INLINE void window_sums(D d, const Columns& columns, int width, int size, hn
                             const Store& store) {
   constexpr int lanes{static_cast<int>(hn::MaxLanes(D{}))};
   constexpr int vectors{128 / static_cast<int>(sizeof(hn::TFromD<D>)) / lanes};
+#pragma GCC unroll 2
   for (int u{0}; u < width + size; u += lanes) {
     const auto sum = hn::Add(hn::Add(columns(u), columns(u + 1)), hn::Add(columns(u + 2), columns(u + 3)));
     hn::StoreU(sum, d, fours + u);

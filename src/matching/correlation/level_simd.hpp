@@ -72,6 +72,7 @@ class LevelRows {
 
  private:
   static constexpr int count{road_shifts.count};
+  static constexpr int margin{64};  // before a row's differing bits
   static constexpr int lanes{static_cast<int>(hn::MaxLanes(Words{}))};
   struct Sums {
     HWY_INLINE Sums() {}  // the compiler's own would not be compiled for the instruction set
@@ -87,18 +88,27 @@ class LevelRows {
   // Sums of a row's differing bits over the window's columns, to the slot after the last one.
   HWY_NOINLINE void sum_row(const std::uint8_t* left, const std::uint8_t* sheared) {
     const Bytes d8;
+    constexpr int bytes{2 * lanes};
     slot_ = slot_ + 1 < slots(half_) ? slot_ + 1 : 0;
+    std::uint8_t* const bits{differing_ + margin};
+    std::uint8_t* const fours{fours_};
+    const int width{width_};
     for (int k{0}; k < count; ++k) {
       const std::uint8_t* const right{sheared - (road_shifts.first + k)};
-      std::uint8_t* const bits{differing_ + half_};
-      for (int u{0}; u < width_; u += 2 * lanes) {
+#pragma GCC unroll 2
+      for (int u{0}; u < width; u += bytes) {
         hn::StoreU(hn::PopulationCount(hn::Xor(hn::LoadU(d8, left + u), hn::LoadU(d8, right + u))), d8, bits + u);
       }
-      std::fill(differing_, bits, bits[0]);
-      std::fill(bits + width_, bits + width_ + half_, bits[width_ - 1]);
-      const auto load = [&](int u) { return hn::LoadU(d8, differing_ + u); };
+      const auto first = hn::Set(d8, bits[0]);
+      const auto last = hn::Set(d8, bits[width - 1]);
+      for (int i{0}; i < half_; i += bytes) {
+        hn::StoreU(first, d8, bits - bytes - i);
+        hn::StoreU(last, d8, bits + width + i);
+      }
+      const std::uint8_t* const columns{bits - half_};
+      const auto load = [&](int u) { return hn::LoadU(d8, columns + u); };
       std::uint8_t* const sums{row(slot_, k)};
-      window_sums(d8, load, width_, 2 * half_ + 1, fours_, [&](V8 of, int u) { hn::Store(of, d8, sums + u); });
+      window_sums(d8, load, width, 2 * half_ + 1, fours, [&](V8 of, int u) { hn::Store(of, d8, sums + u); });
     }
   }
 
@@ -152,7 +162,7 @@ class LevelRows {
   int slot_{0};  // the last row's
   std::ptrdiff_t stride_;
   std::uint16_t* boxes_;     // [shift][u]: costs
-  std::uint8_t* differing_;  // [half_window + u]: differing bits of a row at one shift
+  std::uint8_t* differing_;  // [margin + u]: differing bits of a row at one shift
   std::uint8_t* fours_;      // [u]: sums of four columns
   std::uint8_t* rows_;       // [slot][shift][u]: differing bits summed over the window's columns
 };
