@@ -107,7 +107,7 @@ class Decider final : public CandidateSink {
   Decider(const RoadPlane& plane, const MatchingConfig& config, MatchingSpace& space, Matches& matches)
       : plane_{plane}, config_{config}, space_{space}, matches_{matches} {}
 
-  void take(int v, const RowCandidates& candidates) override {
+  void take(int v, RowCandidates& candidates) override {
     // the working memory of the band whose candidates these are
     const std::size_t band{static_cast<std::size_t>(&candidates - space_.rows.data())};
     classify_row({candidates, road_row(plane_, v), space_.textured.row(v), matches_.road.width(), config_.disparities,

@@ -140,7 +140,31 @@ STEREOGRID_HD inline Winner winner_of(const Candidate& upright, const Candidate&
   const auto numbers = [](const Candidate& of) {
     return CandidateNumbers{of.cost, of.has_rivals, of.before, of.after, of.shift};
   };
-  return single_numbers::winner_of(numbers(upright), numbers(level), road_65536, disparities, subpixel, confidences);
+  const int lead{int{level.cost} - int{upright.cost}};
+  const bool is_road{single_numbers::road_counts(road_65536) && lead < 0};
+  return single_numbers::winner_of(single_numbers::chosen_of(is_road, numbers(upright), numbers(level)), lead,
+                                   road_65536, disparities, subpixel, confidences);
+}
+
+/// Columns begin … end − 1.
+struct Columns {
+  int begin;
+  int end;
+};
+
+/// Columns of a row where the road counts: none, all, or those up to an end of the row.
+inline Columns columns_of_road(const RoadRow& road, int width) {
+  const auto counts = [&](int u) { return single_numbers::road_counts(road.at(u)); };
+  int low{0};
+  for (int high{width}; low < high;) {
+    const int middle{(low + high) / 2};
+    if (counts(middle) == counts(0)) {
+      low = middle + 1;
+    } else {
+      high = middle;
+    }
+  }
+  return counts(0) ? Columns{0, low} : Columns{low, width};
 }
 
 }  // namespace stereogrid

@@ -105,7 +105,7 @@ class Decider final : public CandidateSink {
   Decider(View<const std::uint8_t> left, const RoadPlane& plane, const MatchingConfig& config, Matches& matches)
       : left_{left}, plane_{plane}, config_{config}, matches_{matches} {}
 
-  void take(int v, const RowCandidates& candidates) override {
+  void take(int v, RowCandidates& candidates) override {
     const RoadRow road{road_row(plane_, v)};
     std::vector<Winner> winners;
     std::vector<int> claimant(static_cast<std::size_t>(left_.width), -1);

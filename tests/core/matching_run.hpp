@@ -31,7 +31,7 @@ class Recorder final : public CandidateSink {
  public:
   Recorder(Image<Candidate>& upright, Image<Candidate>& level) : upright_{upright}, level_{level} {}
 
-  void take(int v, const RowCandidates& candidates) override {
+  void take(int v, RowCandidates& candidates) override {
     for (int u{0}; u < upright_.width(); ++u) {
       upright_(u, v) = candidates.upright.at(u);
       level_(u, v) = candidates.level.at(u);

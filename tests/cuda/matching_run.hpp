@@ -72,7 +72,7 @@ class ReferenceRun final : public CandidateSink {
     match(reference, pair.left.view(), pair.right.view(), plane, config, space, matches);
   }
 
-  void take(int v, const RowCandidates& candidates) override {
+  void take(int v, RowCandidates& candidates) override {
     for (int u{0}; u < upright.width(); ++u) {
       upright(u, v) = candidates.upright.at(u);
       level(u, v) = candidates.level.at(u);

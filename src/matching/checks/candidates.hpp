@@ -60,14 +60,14 @@ struct RowCandidates {
   CandidateRow level;
 };
 
-/// Takes the candidates of an image's rows; rows come in any order, from several threads.
+/// Takes the candidates of an image's rows, and may change them; rows come in any order, from several threads.
 class CandidateSink {
  public:
   CandidateSink() = default;
   CandidateSink(const CandidateSink&) = delete;
   CandidateSink& operator=(const CandidateSink&) = delete;
   virtual ~CandidateSink() = default;
-  virtual void take(int v, const RowCandidates& candidates) = 0;
+  virtual void take(int v, RowCandidates& candidates) = 0;
 };
 
 }  // namespace stereogrid

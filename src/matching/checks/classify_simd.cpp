@@ -42,28 +42,59 @@ IntVector load(const std::int16_t* values) {
   return hn::PromoteTo(d32, hn::LoadU(d16, values));
 }
 
+template <class Vector>
 struct CandidateVectors {
-  IntVector cost;
-  IntVector has_rivals;
-  IntVector before;
-  IntVector after;
-  IntVector shift;
+  Vector cost;
+  Vector has_rivals;
+  Vector before;
+  Vector after;
+  Vector shift;
 };
 
-// A CandidateRow's members.
+// A CandidateRow's members: stores of vectors may alias everything, and copies of pointers avoid reloads.
 struct CandidatePointers {
-  explicit CandidatePointers(const CandidateRow& row)
+  explicit CandidatePointers(CandidateRow& row)
       : cost{row.cost()}, has_rivals{row.has_rivals()}, before{row.before()}, after{row.after()}, shift{row.shift()} {}
-  [[nodiscard]] HWY_INLINE CandidateVectors from(int u) const {
-    return {load(cost + u), load(has_rivals + u), load(before + u), load(after + u), load(shift + u)};
+  // load(pointer)
+  template <class Load>
+  [[nodiscard]] HWY_INLINE auto from(int u, const Load& load) const {
+    return CandidateVectors<decltype(load(shift))>{load(cost + u), load(has_rivals + u), load(before + u),
+                                                   load(after + u), load(shift + u)};
   }
 
-  const std::uint16_t* cost;
-  const std::uint16_t* has_rivals;
-  const std::uint16_t* before;
-  const std::uint16_t* after;
-  const std::int16_t* shift;
+  std::uint16_t* cost;
+  std::uint16_t* has_rivals;
+  std::uint16_t* before;
+  std::uint16_t* after;
+  std::int16_t* shift;
 };
+
+// Replaces upright candidates where the road hypothesis is cheaper.
+HWY_NOINLINE void choose_candidates(const DecideRow& row, std::int16_t* lead) {
+  const hn::ScalableTag<std::int16_t> d16;
+  const auto set = [&](int value) { return hn::Set(d16, static_cast<std::int16_t>(value)); };
+  const auto load = [&](const auto* of) { return hn::LoadU(d16, reinterpret_cast<const std::int16_t*>(of)); };
+  const CandidatePointers upright{row.candidates.upright};
+  const CandidatePointers level{row.candidates.level};
+  const Columns road{columns_of_road(row.road, row.width)};
+  const int width{row.width};
+  const int lanes{static_cast<int>(hn::Lanes(d16))};
+  for (int u{0}; u < width; u += lanes) {
+    const auto leads = hn::Sub(load(level.cost + u), load(upright.cost + u));
+    hn::StoreU(leads, d16, lead + u);
+    const auto column = hn::Add(hn::Iota(d16, 0), set(u));
+    const auto counts = hn::And(hn::Gt(column, set(road.begin - 1)), hn::Lt(column, set(road.end)));
+    const auto is_road = hn::And(counts, hn::Lt(leads, hn::Zero(d16)));
+    if (hn::AllFalse(d16, is_road)) continue;
+    const auto chosen = chosen_of(is_road, upright.from(u, load), level.from(u, load));
+    const auto store = [&](auto of, auto* to) { hn::StoreU(of, d16, reinterpret_cast<std::int16_t*>(to + u)); };
+    store(chosen.cost, upright.cost);
+    store(chosen.has_rivals, upright.has_rivals);
+    store(chosen.before, upright.before);
+    store(chosen.after, upright.after);
+    store(chosen.shift, upright.shift);
+  }
+}
 
 // winner_of, and whether anything is wrong with it but its claim
 HWY_NOINLINE void find_winners(const DecideRow& of_row, ClassifySpace& space) {
@@ -71,10 +102,9 @@ HWY_NOINLINE void find_winners(const DecideRow& of_row, ClassifySpace& space) {
   const Floats df;
   const hn::Rebind<std::uint8_t, Ints> d8;
   const auto set = [&](int value) { return hn::Set(d32, value); };
-  // stores of vectors may alias everything: local copies avoid reloads
   const DecideRow row{of_row};
-  const CandidatePointers upright{row.candidates.upright};
-  const CandidatePointers level{row.candidates.level};
+  const CandidatePointers chosen{row.candidates.upright};
+  const std::int16_t* const lead{space.lead.data()};
   auto* const places = reinterpret_cast<std::int32_t*>(space.place.data());
   auto* const ranks = reinterpret_cast<std::int32_t*>(space.rank.data());
   float* const evidence{space.evidence.data()};
@@ -84,7 +114,8 @@ HWY_NOINLINE void find_winners(const DecideRow& of_row, ClassifySpace& space) {
   auto tilt = hn::Add(hn::Mul(hn::Iota(d32, 0), set(row.road.slope)), set(2));
   for (int u{0}; u < row.width; u += lanes) {
     const auto road = hn::Add(hn::ShiftRight<2>(tilt), set(row.road.start));
-    const auto winner = winner_of(upright.from(u), level.from(u), road, row.disparities, row.subpixel, row.confidences);
+    const auto winner = winner_of(chosen.from(u, [](const auto* of) { return load(of); }), load(lead + u), road,
+                                  row.disparities, row.subpixel, row.confidences);
     const auto textured = hn::Gt(hn::PromoteTo(d32, hn::LoadU(d8, row.textured + u)), set(0));
     const auto is_good = condition(winner.disparity, hn::And(winner.is_plausible, textured));
     const auto is_road = condition(winner.disparity, winner.is_road);
@@ -121,6 +152,7 @@ HWY_INLINE void write_results(int left_right_px, int u, const ClassifySpace& spa
 
 void Decide(const DecideRow& row, ClassifySpace& space) {
   const int lanes{static_cast<int>(hn::Lanes(Ints{}))};
+  choose_candidates(row, space.lead.data());
   find_winners(row, space);
   claim_places(row.width, space);
   const int most{row.left_right_px};
@@ -160,6 +192,7 @@ void claim_places(int width, ClassifySpace& space) {
 
 ClassifySpace::ClassifySpace(int width) {
   const std::size_t size{static_cast<std::size_t>(width) + CandidateRow::padding};
+  lead.resize(size);
   place.resize(size);
   rank.resize(size);
   labelled.resize(size);

@@ -16,9 +16,10 @@ struct ClassifySpace {
   explicit ClassifySpace(int width);
 
   [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(place, rank, labelled, evidence, obstacle, on_road, confidence, claims);
+    return held_bytes_of(lead, place, rank, labelled, evidence, obstacle, on_road, confidence, claims);
   }
 
+  std::vector<std::int16_t> lead;    ///< [u]: cost of the road hypothesis less that of the upright one
   std::vector<std::uint32_t> place;  ///< [u]: 1 + column of the right image; 0 and width + 1: outside. Then its claim
   std::vector<std::uint32_t> rank;   ///< [u]: cost << 16 | whole; the smallest claim of a place wins
   std::vector<float> labelled;       ///< [u]: Winner::disparity, negative for road; 0: nothing
@@ -31,7 +32,7 @@ struct ClassifySpace {
 
 /// One row of `decide`.
 struct DecideRow {
-  const RowCandidates& candidates;
+  RowCandidates& candidates;  ///< costs below 32768; upright ones become the chosen ones
   RoadRow road;
   const std::uint8_t* textured;  ///< [u]: 0: too little; readable up to width + 64
   int width;

@@ -56,7 +56,21 @@ STEREOGRID_HD inline Real confidence_of(Real evidence) {
   return half + half * (evidence * inverse_root(number(evidence, 1.0f) + evidence * evidence));
 }
 
-/// The cheaper hypothesis at a pixel.
+/// Whether the road is near enough for its hypothesis.
+template <class Int>
+STEREOGRID_HD inline auto road_counts(Int road_65536) {
+  return road_65536 > number(road_65536, 65535);
+}
+
+/// The candidate of one hypothesis. `Candidates`: members like Candidate's, of one type.
+template <class Candidates, class Condition>
+STEREOGRID_HD inline Candidates chosen_of(Condition is_road, const Candidates& upright, const Candidates& level) {
+  const auto best = [&](auto Candidates::*member) { return IfThenElse(is_road, level.*member, upright.*member); };
+  return {best(&Candidates::cost), best(&Candidates::has_rivals), best(&Candidates::before), best(&Candidates::after),
+          best(&Candidates::shift)};
+}
+
+/// Match of the cheaper hypothesis at a pixel.
 template <class Int, class Real, class Condition>
 struct WinnerOf {
   Condition is_road;
@@ -67,26 +81,23 @@ struct WinnerOf {
   Real evidence;           ///< confidence_of makes a probability of it
 };
 
-/// The paper's decision without a threshold (T-ITS 2012, III-C): road where the road hypothesis costs less.
-/// `Candidates`: members like Candidate's, each an Int.
+/// The paper's decision without a threshold (T-ITS 2012, III-C): road where the road hypothesis costs less. `chosen`:
+/// candidate of the cheaper one; `lead`: cost of the road hypothesis less that of the upright one.
 template <class Candidates, class Int>
-STEREOGRID_HD inline auto winner_of(const Candidates& upright, const Candidates& level, Int road_65536, int disparities,
-                                    bool subpixel, const ConfidenceModel& confidences) {
-  const auto is_road = And(road_65536 > number(road_65536, 65535), level.cost < upright.cost);
-  const auto best = [&](Int Candidates::*member) { return IfThenElse(is_road, level.*member, upright.*member); };
-  const Int cost{best(&Candidates::cost)};
-  const Int before{best(&Candidates::before)};
-  const Int after{best(&Candidates::after)};
-  auto within = real(best(&Candidates::shift));
-  if (subpixel) within = within + subpixel_offset(before, cost, after);
+STEREOGRID_HD inline auto winner_of(const Candidates& chosen, Int lead, Int road_65536, int disparities, bool subpixel,
+                                    const ConfidenceModel& confidences) {
+  const auto is_road = And(road_counts(road_65536), lead < number(lead, 0));
+  const Int cost{chosen.cost};
+  auto within = real(chosen.shift);
+  if (subpixel) within = within + subpixel_offset(chosen.before, cost, chosen.after);
   const auto on_road = real(road_65536) * number(within, 1.0f / 65536);
   const auto disparity = IfThenElseZero(condition(within, is_road), on_road) + within;
   const auto half = number(disparity, 0.5f);
   const auto in_range = And(disparity >= half, disparity < number(disparity, static_cast<float>(disparities) - 0.5f));
-  const auto unique = best(&Candidates::has_rivals) == number(cost, 0);
+  const auto unique = chosen.has_rivals == number(cost, 0);
   const auto cheap = cost < number(cost, confidences.cost_limit + 1);
-  const auto evidence = evidence_of(confidences, condition(disparity, is_road), cost, Min(before, after) - cost,
-                                    Abs(level.cost - upright.cost), disparity);
+  const auto evidence = evidence_of(confidences, condition(disparity, is_road), cost,
+                                    Min(chosen.before, chosen.after) - cost, Abs(lead), disparity);
   return WinnerOf<Int, std::decay_t<decltype(disparity)>, std::decay_t<decltype(is_road)>>{
       is_road, cost, disparity, whole(disparity + half), And(And(unique, cheap), condition(cost, in_range)), evidence};
 }

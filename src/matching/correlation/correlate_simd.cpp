@@ -43,7 +43,7 @@ void correlate_rows(const Band& band) {
     CandidateRow& of_level{band.candidates->level};
     level.find_costs(left(in), census.sheared.clamped_row(in), of_level);
     upright.finish_row(left(in), right_reversed(in), left(out), right_reversed(out),
-                       {of_level.cost(), road_row(band.plane, v), band.cost_limit}, of_upright);
+                       {of_level.cost(), columns_of_road(road_row(band.plane, v), width), band.cost_limit}, of_upright);
     level.compare_costs(of_upright.cost(), of_level);
     band.sink->take(v, *band.candidates);
   }
@@ -100,7 +100,7 @@ std::size_t correlate_memory(int width, Shifts upright, int half_window) {
   const std::size_t of_upright{static_cast<std::size_t>(width + 2 * half_window + 1) * static_cast<std::size_t>(n)};
   const std::size_t of_split_rows{static_cast<std::size_t>(8 * (width + n) + 4 * width + 512)};
   const std::size_t of_row{static_cast<std::size_t>(width + 4 * half_window + 256)};
-  const int rows_of_level{2 + road_shifts.count * (2 * half_window + 4)};
+  const int rows_of_level{road_shifts.count * (2 * half_window + 6)};
   return (of_upright + of_split_rows + of_row * static_cast<std::size_t>(rows_of_level) + 63) / 64 * 64;
 }
 

@@ -32,14 +32,15 @@ struct Contest {
   // Whether an upright match of these costs may be accepted at u or the pixels after it.
   [[nodiscard]] HWY_INLINE bool is_open(V16 cost, int u) const {
     const Words d16;
-    const int last{u + static_cast<int>(hn::Lanes(d16)) - 1};
     auto highest = hn::Set(d16, static_cast<std::uint16_t>(cost_limit));
-    if (std::min(road.at(u), road.at(last)) > 65535) highest = hn::Min(highest, hn::LoadU(d16, level_cost + u));
+    if (u >= road.begin && u + static_cast<int>(hn::Lanes(d16)) <= road.end) {
+      highest = hn::Min(highest, hn::LoadU(d16, level_cost + u));
+    }
     return !hn::AllFalse(d16, hn::Eq(hn::Min(cost, highest), cost));
   }
 
   const std::uint16_t* level_cost;
-  RoadRow road;
+  Columns road;  // columns where the road hypothesis counts
   int cost_limit;
 };
 

@@ -35,7 +35,7 @@ std::vector<Decision> decide_all(const std::vector<Pixel>& pixels, const Matchin
   RowCandidates candidates{width};
   std::vector<std::uint8_t> textured(static_cast<std::size_t>(width) + CandidateRow::padding, 0);
   for (int u{0}; u < width; ++u) {
-    const Pixel pixel{u < first ? Pixel{candidate(-30000, 65000), candidate(-30000, 65000), false}
+    const Pixel pixel{u < first ? Pixel{candidate(-30000, 30000), candidate(-30000, 30000), false}
                                 : pixels[static_cast<std::size_t>(u - first)]};
     candidates.upright.set(u, pixel.upright);
     candidates.level.set(u, pixel.level);
