@@ -18,26 +18,41 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// store(column(u) + … + column(u + size − 1), u) for u < width, `size` odd: the window's columns are added in fours.
-// `columns(u)` loads the columns from u on as a vector of D, for u up to width + size and 128 bytes. `fours` has room
-// for as many. The last 128 bytes that are stored may exceed the width.
+// Sum that saturates where it has 8 or 16 bits.
+template <class V>
+HWY_INLINE V saturated_sum(V a, V b) {
+  if constexpr (sizeof(hn::TFromV<V>) > 2) {
+    return hn::Add(a, b);
+  } else {
+    return hn::SaturatedAdd(a, b);
+  }
+}
+
+// Sums of four columns, for window_sums.
+template <class D, class Columns>
+HWY_INLINE void sums_of_fours(D d, const Columns& columns, int width, int size, hn::TFromD<D>* fours) {
+#pragma GCC unroll 2
+  for (int u{0}; u < width + size; u += static_cast<int>(hn::MaxLanes(D{}))) {
+    const auto left = saturated_sum(columns(u), columns(u + 1));
+    hn::StoreU(saturated_sum(left, saturated_sum(columns(u + 2), columns(u + 3))), d, fours + u);
+  }
+}
+
+// store(column(u) + … + column(u + size − 1), u) for u < width, `size` odd. `columns(u)` loads the columns from u on as
+// a vector of D, for u up to width + size and 128 bytes; `fours` are their sums, with room for as many. The last 128
+// bytes that are stored may exceed the width.
 template <class D, class Columns, class Store>
-HWY_INLINE void window_sums(D d, const Columns& columns, int width, int size, hn::TFromD<D>* fours,
+HWY_INLINE void window_sums(D d, const Columns& columns, int width, int size, const hn::TFromD<D>* fours,
                             const Store& store) {
   constexpr int lanes{static_cast<int>(hn::MaxLanes(D{}))};
   constexpr int vectors{128 / static_cast<int>(sizeof(hn::TFromD<D>)) / lanes};
-#pragma GCC unroll 2
-  for (int u{0}; u < width + size; u += lanes) {
-    const auto sum = hn::Add(hn::Add(columns(u), columns(u + 1)), hn::Add(columns(u + 2), columns(u + 3)));
-    hn::StoreU(sum, d, fours + u);
-  }
   const int single{size % 4};
   for (int u{0}; u < width; u += vectors * lanes) {
     hn::Vec<D> sums[vectors];
     for (int i{0}; i < vectors; ++i) sums[i] = columns(u + i * lanes);
     const auto add = [&](const auto& of, int from, int end, int step) {
       for (int at{from}; at < end; at += step) {
-        for (int i{0}; i < vectors; ++i) sums[i] = hn::Add(sums[i], of(at + i * lanes));
+        for (int i{0}; i < vectors; ++i) sums[i] = saturated_sum(sums[i], of(at + i * lanes));
       }
     };
     add(columns, u + 1, u + single, 1);

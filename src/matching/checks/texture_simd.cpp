@@ -33,18 +33,28 @@ void update_columns(const std::uint8_t* entering, const std::uint8_t* leaving, i
   }
 }
 
+// With sums of type T, which may saturate above `least`.
+template <class T>
 void finish_row(int width, int half, std::int32_t least, TextureSpace& space, std::uint8_t* textured) {
-  const hn::ScalableTag<std::int32_t> d32;
-  const hn::Rebind<std::uint16_t, decltype(d32)> d16;
-  const hn::Rebind<std::uint8_t, decltype(d32)> d8;
+  const hn::ScalableTag<T> d;
+  const hn::Rebind<std::uint16_t, decltype(d)> d16;
+  const hn::Rebind<std::uint8_t, decltype(d)> d8;
+  const hn::RebindToSigned<decltype(d)> flags;
   std::uint16_t* columns{space.columns.data()};
   std::fill(columns, columns + half, columns[half]);
   std::fill(columns + half + width, columns + half + width + half, columns[half + width - 1]);
-  const auto load = [&](int u) { return hn::PromoteTo(d32, hn::LoadU(d16, columns + u)); };
-  const auto too_little = hn::Set(d32, least - 1);
-  window_sums(d32, load, width, 2 * half + 1, space.fours.data(), [&](auto sums, int u) {
-    const auto flag = hn::IfThenElseZero(hn::Gt(sums, too_little), hn::Set(d32, 1));
-    hn::StoreU(hn::DemoteTo(d8, flag), d8, textured + u);
+  const auto load = [&](int u) {
+    if constexpr (sizeof(T) == 2)
+      return hn::LoadU(d16, columns + u);
+    else
+      return hn::PromoteTo(d, hn::LoadU(d16, columns + u));
+  };
+  const auto enough = hn::Set(d, static_cast<T>(least));
+  auto* const fours = reinterpret_cast<T*>(space.fours.data());
+  sums_of_fours(d, load, width, 2 * half + 1, fours);
+  window_sums(d, load, width, 2 * half + 1, fours, [&](auto sums, int u) {
+    const auto is_textured = hn::RebindMask(flags, hn::Eq(hn::Max(sums, enough), sums));
+    hn::StoreU(hn::DemoteTo(d8, hn::IfThenElseZero(is_textured, hn::Set(flags, 1))), d8, textured + u);
   });
 }
 
@@ -57,7 +67,8 @@ void TextureRows(const Padded<std::uint8_t>& left, int half, std::int32_t least,
   for (int v{begin}; v < end; ++v) {
     const std::uint8_t* leaving{v == begin ? nullptr : left.clamped_row(v - half - 1)};
     update_columns(left.clamped_row(v + half), leaving, width, columns);
-    finish_row(width, half, least, space, textured.row(v));
+    least <= 65535 ? finish_row<std::uint16_t>(width, half, least, space, textured.row(v))
+                   : finish_row<std::int32_t>(width, half, least, space, textured.row(v));
   }
 }
 

@@ -33,14 +33,14 @@ class LevelRows {
         stride_{row_length(width, half_window)},
         boxes_{reinterpret_cast<std::uint16_t*>(memory)},
         differing_{memory + 2 * stride_ * count},
-        fours_{differing_ + stride_},
-        rows_{fours_ + stride_} {
+        fours_{differing_ + stride_ * count},
+        rows_{fours_ + stride_ * count} {
     std::fill(memory, memory + LevelRows::memory(width, half_window), std::uint8_t{0});
   }
 
   static std::size_t memory(int width, int half_window) {
     return static_cast<std::size_t>(row_length(width, half_window)) *
-           static_cast<std::size_t>(2 + count * (2 + slots(half_window)));
+           static_cast<std::size_t>(count * (4 + slots(half_window)));
   }
 
   void add_row(const std::uint8_t* left, const std::uint8_t* sheared) {
@@ -85,16 +85,17 @@ class LevelRows {
   static int slots(int half_window) { return 2 * half_window + 2; }
   [[nodiscard]] std::uint8_t* row(int slot, int k) const { return rows_ + stride_ * (slot * count + k); }
 
-  // Sums of a row's differing bits over the window's columns, to the slot after the last one.
+  // Sums of a row's differing bits over the window's columns, to the slot after the last one. Each step goes over all
+  // shifts: loads that overlap two vectors wait until both have left the store buffer.
   HWY_NOINLINE void sum_row(const std::uint8_t* left, const std::uint8_t* sheared) {
     const Bytes d8;
     constexpr int bytes{2 * lanes};
     slot_ = slot_ + 1 < slots(half_) ? slot_ + 1 : 0;
-    std::uint8_t* const bits{differing_ + margin};
-    std::uint8_t* const fours{fours_};
     const int width{width_};
+    const int size{2 * half_ + 1};
     for (int k{0}; k < count; ++k) {
       const std::uint8_t* const right{sheared - (road_shifts.first + k)};
+      std::uint8_t* const bits{differing_ + stride_ * k + margin};
 #pragma GCC unroll 2
       for (int u{0}; u < width; u += bytes) {
         hn::StoreU(hn::PopulationCount(hn::Xor(hn::LoadU(d8, left + u), hn::LoadU(d8, right + u))), d8, bits + u);
@@ -105,10 +106,15 @@ class LevelRows {
         hn::StoreU(first, d8, bits - bytes - i);
         hn::StoreU(last, d8, bits + width + i);
       }
-      const std::uint8_t* const columns{bits - half_};
-      const auto load = [&](int u) { return hn::LoadU(d8, columns + u); };
+    }
+    const auto columns_of = [&](int k) {
+      return [d8, row = differing_ + stride_ * k + margin - half_](int u) { return hn::LoadU(d8, row + u); };
+    };
+    for (int k{0}; k < count; ++k) sums_of_fours(d8, columns_of(k), width, size, fours_ + stride_ * k);
+    for (int k{0}; k < count; ++k) {
       std::uint8_t* const sums{row(slot_, k)};
-      window_sums(d8, load, width, 2 * half_ + 1, fours, [&](V8 of, int u) { hn::Store(of, d8, sums + u); });
+      const auto store = [&](V8 of, int u) { hn::Store(of, d8, sums + u); };
+      window_sums(d8, columns_of(k), width, size, fours_ + stride_ * k, store);
     }
   }
 
@@ -162,8 +168,8 @@ class LevelRows {
   int slot_{0};  // the last row's
   std::ptrdiff_t stride_;
   std::uint16_t* boxes_;     // [shift][u]: costs
-  std::uint8_t* differing_;  // [margin + u]: differing bits of a row at one shift
-  std::uint8_t* fours_;      // [u]: sums of four columns
+  std::uint8_t* differing_;  // [shift][margin + u]: differing bits of a row
+  std::uint8_t* fours_;      // [shift][u]: sums of four columns
   std::uint8_t* rows_;       // [slot][shift][u]: differing bits summed over the window's columns
 };
 

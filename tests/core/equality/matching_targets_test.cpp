@@ -115,6 +115,16 @@ TEST(MatchingTargets, SumsThatFillTheirBits) {
   }
 }
 
+// Sums of texture, and least ones, that 16 bits hold and do not.
+TEST(MatchingTargets, LargestTextures) {
+  std::mt19937 generator{149};
+  MatchingConfig config{config_of(41, 16)};
+  for (const double texture : {38.9, 39.0, 80.0, 85.0}) {
+    config.texture = texture;
+    expect_equal_to_reference(noise_pair({70, 4}, generator), plain_plane, config, {2});
+  }
+}
+
 // A row or a column of pixels, and one pixel, in more parts than there are rows.
 TEST(MatchingTargets, NarrowAndFlatImages) {
   std::mt19937 generator{127};
