@@ -1,26 +1,16 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""Writes docs/constants.md: the constants of the source files in src/, with their comments.
-
-constants.py            writes the page
-constants.py --check    exit status 1 where the page is another one
-"""
+"""Prints the documentation site's page of constants: those of the source files in src/, with their comments."""
 import re
-import sys
 from pathlib import Path
 
-from generated import write_or_check
-
 ROOT = Path(__file__).resolve().parents[1]
-PAGE = ROOT / "docs" / "constants.md"
 CONSTANT = re.compile(r"\s*constexpr (?:double|float) (\w+)\{(.+)\};\s*(?://+<? ?(.*))?$")
 COMMENT = re.compile(r"\s*//+ ?(.*)$")
-HEAD = """<!-- SPDX-FileCopyrightText: 2026 The stereogrid authors -->
-<!-- SPDX-License-Identifier: Apache-2.0 -->
-# Constants
+HEAD = """# Constants
 
-Made by `scripts/constants.py` from the constants (`double`, `float`) of the files in `src/`; do not edit. Parameters that users may set
+Made by `scripts/constants.py` from the constants (`double`, `float`) of the files in `src/`. Parameters that users may set
 are in [config.md](config.md). The comment is that of the code. It begins above a group of constants and names the data that a value was
 chosen on, where there were some.
 """
@@ -52,4 +42,4 @@ def page() -> str:
 
 
 if __name__ == "__main__":
-    sys.exit(write_or_check(PAGE, page(), __doc__))
+    print(page(), end="")

@@ -12,8 +12,6 @@ import sys
 from decimal import Decimal
 from pathlib import Path
 
-from generated import write_or_check
-
 ROOT = Path(__file__).resolve().parents[1]
 FOLDER = ROOT / "bench" / "results"
 PAGE = ROOT / "docs" / "results.md"
@@ -121,5 +119,17 @@ def write_page() -> None:
     PAGE.write_text(page(), encoding="utf-8")
 
 
+def main() -> int:
+    if sys.argv[1:] == []:
+        write_page()
+    elif sys.argv[1:] != ["--check"]:
+        print(__doc__, file=sys.stderr)
+        return 64
+    elif PAGE.read_text(encoding="utf-8") != page():
+        print("docs/results.md differs from its sources. Run scripts/results.py.", file=sys.stderr)
+        return 1
+    return 0
+
+
 if __name__ == "__main__":
-    sys.exit(write_or_check(PAGE, page(), __doc__))
+    sys.exit(main())

@@ -13,4 +13,4 @@ mkdocs=$1/bin/mkdocs
 site=$(mktemp -d)
 trap 'rm -rf "$site"' EXIT
 NO_MKDOCS_2_WARNING=1 "$mkdocs" build --strict --config-file "$root/mkdocs.yml" --site-dir "$site"
-[ -f "$site/concepts/index.html" ]
+[ -f "$site/constants/index.html" ]
