@@ -10,10 +10,10 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "stereogrid/dds/node.hpp"
+#include "stereogrid/messages/message.hpp"
 
 namespace stereogrid::dds {
 
@@ -23,47 +23,28 @@ constexpr const char* discovery_type{"rmw_dds_common/msg/ParticipantEntitiesInfo
 /// Number of a participant or endpoint in ROS's list: that of DDS, then zeros.
 template <std::size_t bytes>
 struct Gid {
-  static constexpr std::string_view type_name{"rmw_dds_common/msg/Gid"};
+  STEREOGRID_MESSAGE("rmw_dds_common/msg/Gid", data);
 
   std::array<std::uint8_t, bytes> data{};
-
-  template <class Self, class Visitor>
-  static void visit_fields(Self& self, Visitor&& visit) {
-    visit("data", self.data);
-  }
 };
 
 template <std::size_t bytes>
 struct NodeEntitiesInfo {
-  static constexpr std::string_view type_name{"rmw_dds_common/msg/NodeEntitiesInfo"};
+  STEREOGRID_MESSAGE("rmw_dds_common/msg/NodeEntitiesInfo", node_namespace, node_name, reader_gid_seq, writer_gid_seq);
 
   std::string node_namespace;
   std::string node_name;
   std::vector<Gid<bytes>> reader_gid_seq;
   std::vector<Gid<bytes>> writer_gid_seq;
-
-  template <class Self, class Visitor>
-  static void visit_fields(Self& self, Visitor&& visit) {
-    visit("node_namespace", self.node_namespace);
-    visit("node_name", self.node_name);
-    visit("reader_gid_seq", self.reader_gid_seq);
-    visit("writer_gid_seq", self.writer_gid_seq);
-  }
 };
 
 /// The nodes of a participant, by which tools of ROS know who publishes what.
 template <std::size_t bytes>
 struct ParticipantEntitiesInfo {
-  static constexpr std::string_view type_name{discovery_type};
+  STEREOGRID_MESSAGE(discovery_type, gid, node_entities_info_seq);
 
   Gid<bytes> gid;
   std::vector<NodeEntitiesInfo<bytes>> node_entities_info_seq;
-
-  template <class Self, class Visitor>
-  static void visit_fields(Self& self, Visitor&& visit) {
-    visit("gid", self.gid);
-    visit("node_entities_info_seq", self.node_entities_info_seq);
-  }
 };
 
 /// A node with all that it reads and writes.

@@ -47,7 +47,8 @@ std::string complaint_of(const Bytes& cdr) {
 
 // Numbers of all sizes, and arrays of them, at odd places.
 struct Sizes {
-  static constexpr std::string_view type_name{"test/msg/Sizes"};
+  STEREOGRID_MESSAGE("test/msg/Sizes", a, b, c, d, e, f, g);
+
   std::uint8_t a{0};
   double b{0};
   std::vector<double> c;
@@ -55,17 +56,6 @@ struct Sizes {
   std::uint16_t e{0};
   std::array<std::int8_t, 5> f{};
   std::vector<double> g;
-
-  template <class Self, class Visitor>
-  static void visit_fields(Self& self, Visitor&& visit) {
-    visit("a", self.a);
-    visit("b", self.b);
-    visit("c", self.c);
-    visit("d", self.d);
-    visit("e", self.e);
-    visit("f", self.f);
-    visit("g", self.g);
-  }
 };
 
 TEST(Cdr, WritesAHeaderAsKnown) {

@@ -28,7 +28,7 @@ class RandomFiller {
   }
   template <Message M>
   void fill(M& message) {
-    M::visit_fields(message, *this);
+    message.visit_fields(*this);
   }
 
  private:

@@ -46,14 +46,9 @@ std::int64_t nanoseconds(T instant) {
 
 /// A simulation's, or that of a bag which is played.
 struct SimulatedClock {
-  static constexpr std::string_view type_name{"rosgraph_msgs/msg/Clock"};
+  STEREOGRID_MESSAGE("rosgraph_msgs/msg/Clock", clock);
 
   messages::builtin_interfaces::Time clock;
-
-  template <class Self, class Visitor>
-  static void visit_fields(Self& self, Visitor&& visit) {
-    visit("clock", self.clock);
-  }
 };
 
 /// A camera's topic.

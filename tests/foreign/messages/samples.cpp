@@ -32,7 +32,7 @@ class JsonWriter {
   template <Message M>
   void write(const M& message) {
     text += '{';
-    M::visit_fields(message, *this);
+    message.visit_fields(*this);
     text += '}';
   }
 

@@ -48,7 +48,7 @@ class STEREOGRID_EXPORT CdrWriter {
   }
   template <Message M>
   void write(const M& message) {
-    M::visit_fields(message, *this);
+    message.visit_fields(*this);
   }
   template <class T, std::size_t n>
   void write(const std::array<T, n>& elements) {
@@ -103,7 +103,7 @@ class STEREOGRID_EXPORT CdrReader {
   }
   template <Message M>
   void read(M& message) {
-    M::visit_fields(message, *this);
+    message.visit_fields(*this);
   }
   template <class T, std::size_t n>
   void read(std::array<T, n>& elements) {
@@ -149,7 +149,7 @@ class STEREOGRID_EXPORT CdrReader {
       static const std::size_t bytes{[] {
         LeastBytes fields;
         const M message{};
-        M::visit_fields(message, fields);
+        message.visit_fields(fields);
         return fields.sum;
       }()};
       return bytes;
@@ -173,7 +173,7 @@ class STEREOGRID_EXPORT CdrReader {
 template <Message M>
 void decode(std::span<const std::byte> cdr, M& message) {
   CdrReader reader{cdr, M::type_name};
-  M::visit_fields(message, reader);
+  message.visit_fields(reader);
   reader.finish();
 }
 

@@ -49,7 +49,7 @@ class STEREOGRID_EXPORT DefinitionWriter {
     current_ = sections_.size();
     sections_.push_back({M::type_name, {}});
     const M message{};
-    M::visit_fields(message, *this);
+    message.visit_fields(*this);
     current_ = outer;
   }
 

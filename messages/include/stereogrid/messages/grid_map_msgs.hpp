@@ -5,7 +5,6 @@
 // As in ROS 2; in ROS 1 the header is part of the info.
 #include <cstdint>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "stereogrid/messages/geometry_msgs.hpp"
@@ -14,24 +13,17 @@
 namespace stereogrid::messages::grid_map_msgs {
 
 struct GridMapInfo {
-  static constexpr std::string_view type_name{"grid_map_msgs/msg/GridMapInfo"};
+  STEREOGRID_MESSAGE("grid_map_msgs/msg/GridMapInfo", resolution, length_x, length_y, pose);
 
   double resolution{0};      ///< m
   double length_x{0};        ///< m
   double length_y{0};        ///< m
   geometry_msgs::Pose pose;  ///< pose of the map's middle
-
-  template <class Self, class Visitor>
-  static void visit_fields(Self& self, Visitor&& visit) {
-    visit("resolution", self.resolution);
-    visit("length_x", self.length_x);
-    visit("length_y", self.length_y);
-    visit("pose", self.pose);
-  }
 };
 
 struct GridMap {
-  static constexpr std::string_view type_name{"grid_map_msgs/msg/GridMap"};
+  STEREOGRID_MESSAGE("grid_map_msgs/msg/GridMap", header, info, layers, basic_layers, data, outer_start_index,
+                     inner_start_index);
 
   std_msgs::Header header;
   GridMapInfo info;
@@ -40,17 +32,6 @@ struct GridMap {
   std::vector<std_msgs::Float32MultiArray> data;  ///< by layer; column-major from the corner of the largest x and y
   std::uint16_t outer_start_index{0};
   std::uint16_t inner_start_index{0};
-
-  template <class Self, class Visitor>
-  static void visit_fields(Self& self, Visitor&& visit) {
-    visit("header", self.header);
-    visit("info", self.info);
-    visit("layers", self.layers);
-    visit("basic_layers", self.basic_layers);
-    visit("data", self.data);
-    visit("outer_start_index", self.outer_start_index);
-    visit("inner_start_index", self.inner_start_index);
-  }
 };
 
 }  // namespace stereogrid::messages::grid_map_msgs

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <array>
-#include <string_view>
 #include <vector>
 
 #include "stereogrid/messages/geometry_msgs.hpp"
@@ -13,7 +12,8 @@ namespace stereogrid::messages::nav2_dynamic_msgs {
 
 /// Layout since 2024, with covariances.
 struct Obstacle {
-  static constexpr std::string_view type_name{"nav2_dynamic_msgs/msg/Obstacle"};
+  STEREOGRID_MESSAGE("nav2_dynamic_msgs/msg/Obstacle", uuid, score, position, velocity, size, position_covariance,
+                     velocity_covariance);
 
   unique_identifier_msgs::UUID uuid;
   float score{0};
@@ -22,30 +22,13 @@ struct Obstacle {
   geometry_msgs::Vector3 size;                  ///< m, along the axes of the header's frame
   std::array<double, 9> position_covariance{};  ///< m², row-major, axes of the header's frame
   std::array<double, 9> velocity_covariance{};  ///< m²/s²
-
-  template <class Self, class Visitor>
-  static void visit_fields(Self& self, Visitor&& visit) {
-    visit("uuid", self.uuid);
-    visit("score", self.score);
-    visit("position", self.position);
-    visit("velocity", self.velocity);
-    visit("size", self.size);
-    visit("position_covariance", self.position_covariance);
-    visit("velocity_covariance", self.velocity_covariance);
-  }
 };
 
 struct ObstacleArray {
-  static constexpr std::string_view type_name{"nav2_dynamic_msgs/msg/ObstacleArray"};
+  STEREOGRID_MESSAGE("nav2_dynamic_msgs/msg/ObstacleArray", header, obstacles);
 
   std_msgs::Header header;
   std::vector<Obstacle> obstacles;
-
-  template <class Self, class Visitor>
-  static void visit_fields(Self& self, Visitor&& visit) {
-    visit("header", self.header);
-    visit("obstacles", self.obstacles);
-  }
 };
 
 }  // namespace stereogrid::messages::nav2_dynamic_msgs

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <string_view>
 #include <vector>
 
 #include "stereogrid/messages/geometry_msgs.hpp"
@@ -10,14 +9,9 @@
 namespace stereogrid::messages::tf2_msgs {
 
 struct TFMessage {
-  static constexpr std::string_view type_name{"tf2_msgs/msg/TFMessage"};
+  STEREOGRID_MESSAGE("tf2_msgs/msg/TFMessage", transforms);
 
   std::vector<geometry_msgs::TransformStamped> transforms;
-
-  template <class Self, class Visitor>
-  static void visit_fields(Self& self, Visitor&& visit) {
-    visit("transforms", self.transforms);
-  }
 };
 
 }  // namespace stereogrid::messages::tf2_msgs

@@ -4,7 +4,6 @@
 
 #include <cstdint>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "stereogrid/messages/geometry_msgs.hpp"
@@ -14,33 +13,23 @@
 namespace stereogrid::messages::visualization_msgs {
 
 struct UVCoordinate {
-  static constexpr std::string_view type_name{"visualization_msgs/msg/UVCoordinate"};
+  STEREOGRID_MESSAGE("visualization_msgs/msg/UVCoordinate", u, v);
 
   float u{0};
   float v{0};
-
-  template <class Self, class Visitor>
-  static void visit_fields(Self& self, Visitor&& visit) {
-    visit("u", self.u);
-    visit("v", self.v);
-  }
 };
 
 struct MeshFile {
-  static constexpr std::string_view type_name{"visualization_msgs/msg/MeshFile"};
+  STEREOGRID_MESSAGE("visualization_msgs/msg/MeshFile", filename, data);
 
   std::string filename;
   std::vector<std::uint8_t> data;
-
-  template <class Self, class Visitor>
-  static void visit_fields(Self& self, Visitor&& visit) {
-    visit("filename", self.filename);
-    visit("data", self.data);
-  }
 };
 
 struct Marker {
-  static constexpr std::string_view type_name{"visualization_msgs/msg/Marker"};
+  STEREOGRID_MESSAGE("visualization_msgs/msg/Marker", header, ns, id, type, action, pose, scale, color, lifetime,
+                     frame_locked, points, colors, texture_resource, texture, uv_coordinates, text, mesh_resource,
+                     mesh_file, mesh_use_embedded_materials);
 
   std_msgs::Header header;
   std::string ns;
@@ -61,40 +50,12 @@ struct Marker {
   std::string mesh_resource;
   MeshFile mesh_file;
   bool mesh_use_embedded_materials{false};
-
-  template <class Self, class Visitor>
-  static void visit_fields(Self& self, Visitor&& visit) {
-    visit("header", self.header);
-    visit("ns", self.ns);
-    visit("id", self.id);
-    visit("type", self.type);
-    visit("action", self.action);
-    visit("pose", self.pose);
-    visit("scale", self.scale);
-    visit("color", self.color);
-    visit("lifetime", self.lifetime);
-    visit("frame_locked", self.frame_locked);
-    visit("points", self.points);
-    visit("colors", self.colors);
-    visit("texture_resource", self.texture_resource);
-    visit("texture", self.texture);
-    visit("uv_coordinates", self.uv_coordinates);
-    visit("text", self.text);
-    visit("mesh_resource", self.mesh_resource);
-    visit("mesh_file", self.mesh_file);
-    visit("mesh_use_embedded_materials", self.mesh_use_embedded_materials);
-  }
 };
 
 struct MarkerArray {
-  static constexpr std::string_view type_name{"visualization_msgs/msg/MarkerArray"};
+  STEREOGRID_MESSAGE("visualization_msgs/msg/MarkerArray", markers);
 
   std::vector<Marker> markers;
-
-  template <class Self, class Visitor>
-  static void visit_fields(Self& self, Visitor&& visit) {
-    visit("markers", self.markers);
-  }
 };
 
 }  // namespace stereogrid::messages::visualization_msgs
