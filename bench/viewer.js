@@ -3,7 +3,7 @@
 //
 // Usage: NODE_PATH=…/node_modules node viewer.js STEREOGRID RECORDING.mcap [CHROMIUM]. Plays a recording of 10 frames a
 // second five times as fast in a browser for 20 s while the pointer moves over the grid, and prints the frame rates.
-// Needs playwright-core (tests/foreign/viewer installs it).
+// Needs playwright-core (tests/foreign installs it).
 "use strict";
 
 const { spawn } = require("node:child_process");

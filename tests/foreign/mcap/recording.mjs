@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Usage: node recording.js STEREOGRID. The format's own library reads a recording of a run, all checksums checked.
+// Usage: node recording.mjs STEREOGRID. The format's own library reads a recording of a run, all checksums checked.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { readFileSync, rmSync } from "node:fs";

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Usage: node check.js MCAP_EXCHANGE. The format's own library reads what we write, and we read what it writes.
+// Usage: node check.mjs MCAP_EXCHANGE. The format's own library reads what we write, and we read what it writes.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { readFileSync, writeFileSync } from "node:fs";
