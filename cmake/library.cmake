@@ -36,3 +36,18 @@ function(stereogrid_public_library target name)
     target_link_libraries(${target}_internals PUBLIC $<GENEX_EVAL:$<TARGET_PROPERTY:${target},LINK_LIBRARIES>>)
   endif()
 endfunction()
+
+# stereogrid_library(NAME [FILE…]): stereogrid_NAME of the files in src/, with the headers in include/. FILEs are compiled
+# alone (stereogrid_unity).
+function(stereogrid_library name)
+  set(target stereogrid_${name})
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS src/*.cpp)
+  add_library(${target} ${sources})
+  stereogrid_unity(${target} ${ARGN})
+  stereogrid_public_library(${target} ${name})
+  target_include_directories(
+    ${target}
+    PUBLIC $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>
+    PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/src)
+  target_link_libraries(${target} PUBLIC stereogrid PRIVATE $<BUILD_INTERFACE:stereogrid_compiler>)
+endfunction()
