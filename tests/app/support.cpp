@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "support.hpp"
 
-#include <stdlib.h>
 #include <sys/wait.h>
 
 #include <algorithm>
@@ -11,17 +10,6 @@
 #include <sstream>
 
 namespace stereogrid::app::testing {
-
-TemporaryFolder::TemporaryFolder() {
-  std::string name{(fs::temp_directory_path() / "stereogrid_app_XXXXXX").string()};
-  if (mkdtemp(name.data()) == nullptr) throw std::runtime_error{"no temporary folder " + name};
-  path_ = name;
-}
-
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;
-  fs::remove_all(path_, ignored);
-}
 
 std::string quoted(const std::string& word) {
   std::string text{"'"};

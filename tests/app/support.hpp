@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "../temporary_folder.hpp"
 #include "stereogrid/io/npz.hpp"
 
 namespace stereogrid::app::testing {
@@ -19,20 +20,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::json;
 using Arrays = std::map<std::string, io::NpyArray>;
 
-/// A folder of its own for each test, removed afterwards.
-class TemporaryFolder {
- public:
-  TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  ~TemporaryFolder();
-
-  [[nodiscard]] const fs::path& path() const { return path_; }
-  [[nodiscard]] fs::path operator/(const fs::path& name) const { return path_ / name; }
-
- private:
-  fs::path path_;
-};
+using tests::TemporaryFolder;
 
 /// Output and exit code of a program.
 struct Outcome {

@@ -2,14 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "support.hpp"
 
-#include <stdlib.h>
-
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <fstream>
 #include <limits>
-#include <system_error>
 
 #include "stereogrid/error.hpp"
 
@@ -75,27 +71,6 @@ std::vector<std::string_view> parts_of(Bytes input, std::size_t count) {
     text.remove_prefix(std::min(parts[i].size() + separator.size(), text.size()));
   }
   return parts;
-}
-
-Folder::Folder() {
-  std::string name{(std::filesystem::temp_directory_path() / "stereogrid_fuzz_XXXXXX").string()};
-  if (::mkdtemp(name.data()) == nullptr) throw std::system_error{errno, std::generic_category(), name};
-  path_ = name;
-}
-
-Folder::~Folder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
-}
-
-std::filesystem::path Folder::write(const std::string& name, std::string_view bytes) const {
-  const std::filesystem::path file{path_ / name};
-  std::filesystem::create_directories(file.parent_path());
-  std::ofstream stream{file, std::ios::binary};
-  if (!stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size())).flush()) {
-    throw std::runtime_error{file.string() + " cannot be written"};
-  }
-  return file;
 }
 
 std::uint64_t Choices::word(std::size_t bytes) {

@@ -12,6 +12,8 @@
 #include <string_view>
 #include <vector>
 
+#include "../temporary_folder.hpp"
+
 namespace stereogrid::fuzz {
 
 using Bytes = std::span<const std::uint8_t>;
@@ -34,22 +36,7 @@ bool accepts(const std::function<void()>& work);
 /// An input that stands for several files: `count` parts, separated by lines of "%%"; missing ones are empty.
 [[nodiscard]] std::vector<std::string_view> parts_of(Bytes input, std::size_t count);
 
-/// A new folder for temporary files, removed with all it holds.
-class Folder {
- public:
-  Folder();
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  ~Folder();
-
-  [[nodiscard]] std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-  /// Writes a file and returns its path. `name` may contain sub-folders.
-  std::filesystem::path write(const std::string& name, std::string_view bytes) const;
-
- private:
-  std::filesystem::path path_;
-};
+using Folder = tests::TemporaryFolder;
 
 /// Takes an input for decisions, from its beginning; at its end all are the first or smallest ones.
 class Choices {

@@ -3,7 +3,6 @@
 #include "support.hpp"
 
 #include <libdeflate.h>
-#include <unistd.h>
 
 #include <cstdlib>
 #include <fstream>
@@ -12,17 +11,6 @@
 #include <vector>
 
 namespace stereogrid::io::testing {
-
-TemporaryFolder::TemporaryFolder() {
-  std::string name{(fs::temp_directory_path() / "stereogrid_io_XXXXXX").string()};
-  if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error{"no temporary folder"};
-  path_ = name;
-}
-
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;
-  fs::remove_all(path_, ignored);
-}
 
 std::optional<fs::path> data_folder() {
   const char* const named{std::getenv("STEREOGRID_DATA")};

@@ -12,6 +12,7 @@
 #include <string>
 #include <string_view>
 
+#include "../temporary_folder.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/frame.hpp"
 
@@ -19,20 +20,7 @@ namespace stereogrid::io::testing {
 
 namespace fs = std::filesystem;
 
-/// A folder of its own for each test, removed afterwards.
-class TemporaryFolder {
- public:
-  TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  ~TemporaryFolder();
-
-  [[nodiscard]] const fs::path& path() const { return path_; }
-  [[nodiscard]] fs::path operator/(const fs::path& name) const { return path_ / name; }
-
- private:
-  fs::path path_;
-};
+using tests::TemporaryFolder;
 
 /// The project's data sets; none: not on this machine.
 [[nodiscard]] std::optional<fs::path> data_folder();

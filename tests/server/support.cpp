@@ -2,9 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "support.hpp"
 
-#include <unistd.h>
-
-#include <fstream>
 #include <stdexcept>
 #include <thread>
 
@@ -150,22 +147,6 @@ bool soon(const std::function<bool()>& fact, std::chrono::milliseconds time) {
     std::this_thread::sleep_for(2ms);
   }
   return fact();
-}
-
-TemporaryFolder::TemporaryFolder() {
-  std::string name{(std::filesystem::temp_directory_path() / "stereogrid-server-XXXXXX").string()};
-  if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error{"no temporary folder"};
-  path_ = name;
-}
-
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
-}
-
-void TemporaryFolder::write(const std::string& name, std::string_view bytes) const {
-  std::filesystem::create_directories((path_ / name).parent_path());
-  std::ofstream{path_ / name, std::ios::binary} << bytes;
 }
 
 }  // namespace stereogrid::server::testing

@@ -14,6 +14,7 @@
 #include <string_view>
 #include <vector>
 
+#include "../temporary_folder.hpp"
 #include "stereogrid/server/server.hpp"
 
 // Clients of a socket of their own: nothing here is made of what the server is made of.
@@ -21,6 +22,7 @@ namespace stereogrid::server::testing {
 
 using namespace std::chrono_literals;
 using Json = nlohmann::json;
+using tests::TemporaryFolder;
 
 inline constexpr std::chrono::milliseconds patience{10'000};  ///< far more than anything takes
 
@@ -121,21 +123,5 @@ void subscribe(Server& server, Client& client, ChannelId channel);
 
 /// Whether it becomes true in time.
 [[nodiscard]] bool soon(const std::function<bool()>& fact, std::chrono::milliseconds time = patience);
-
-/// A new folder, removed with all it holds.
-class TemporaryFolder {
- public:
-  TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  ~TemporaryFolder();
-
-  [[nodiscard]] std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-  void write(const std::string& name, std::string_view bytes) const;
-
- private:
-  std::filesystem::path path_;
-};
 
 }  // namespace stereogrid::server::testing
