@@ -106,7 +106,7 @@ class RunWriter {
 
   [[nodiscard]] std::size_t first_frame(app::PoseStage& poses) {
     const app::Continuation from{
-        pipeline_.exclusively([&](Pipeline& p) { return app::continuation_of(record_, p, poses, {}); })};
+        pipeline_.exclusively([&](Pipeline& p) { return app::continuation_of(record_, p, poses, 0); })};
     for (const std::string& warning : from.warnings) warn(warning);
     record_.go_on_from(from.first);
     return from.first;

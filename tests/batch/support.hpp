@@ -4,12 +4,11 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <string>
 
+#include "../temporary_folder.hpp"
 #include "batch/plan.hpp"
 #include "batch/sha256.hpp"
 
@@ -18,20 +17,7 @@ namespace stereogrid::app::batch::testing {
 namespace fs = std::filesystem;
 
 /// A folder of its own for each test, removed afterwards.
-class Folder : public ::testing::Test {
- protected:
-  Folder() : path_{fs::temp_directory_path() / "stereogrid-batch-XXXXXX"} {
-    std::string name{path_.string()};
-    if (mkdtemp(name.data()) == nullptr) std::abort();
-    path_ = name;
-  }
-  ~Folder() override { fs::remove_all(path_); }
-  [[nodiscard]] fs::path operator/(const char* name) const { return path_ / name; }
-  [[nodiscard]] const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
+class Folder : public ::testing::Test, protected tests::TemporaryFolder {};
 
 /// A plan of one configuration, for drives of any kind.
 inline Plan simple_plan() {
@@ -55,10 +41,10 @@ inline Shard simple_shard(std::size_t first, std::size_t end) {
 }
 
 /// Writes a plan of `shards` shards of ten frames.
-inline Plan write_plan(const fs::path& folder, std::size_t shards, bool follows = false) {
+inline Plan write_plan(const fs::path& folder, std::size_t shards) {
   Plan plan{simple_plan()};
   PlanWriter writer{folder};
-  for (std::size_t i{0}; i < shards; ++i) writer.add(simple_shard(10 * i, 10 * i + 10), plan, follows && i > 0);
+  for (std::size_t i{0}; i < shards; ++i) writer.add(simple_shard(10 * i, 10 * i + 10), plan);
   plan.drives = 1;
   writer.finish(plan);
   return plan;

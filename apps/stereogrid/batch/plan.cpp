@@ -45,13 +45,10 @@ Json to_json(const Variant& variant) {
 Json to_json(const Plan& plan) {
   Json variants(Json::array());
   for (const Variant& variant : plan.variants) variants.push_back(to_json(variant));
-  return {{"format", format},         {"version", plan.version},
-          {"digest", plan.digest},    {"shards", plan.shards},
-          {"drives", plan.drives},    {"frames", plan.frames},
-          {"cost", plan.cost},        {"memory_mb", plan.memory_mb},
-          {"hand_on", plan.hand_on},  {"content_digests", plan.content_digests},
-          {"run", plan.run},          {"variants", variants},
-          {"left_out", plan.left_out}};
+  return {{"format", format},      {"version", plan.version},     {"digest", plan.digest},
+          {"shards", plan.shards}, {"drives", plan.drives},       {"frames", plan.frames},
+          {"cost", plan.cost},     {"memory_mb", plan.memory_mb}, {"content_digests", plan.content_digests},
+          {"run", plan.run},       {"variants", variants},        {"left_out", plan.left_out}};
 }
 
 Plan plan_of(const Json& json) {
@@ -65,7 +62,6 @@ Plan plan_of(const Json& json) {
             .frames = count("frames"),
             .cost = json.at("cost").get<double>(),
             .memory_mb = count("memory_mb"),
-            .hand_on = json.at("hand_on").get<bool>(),
             .content_digests = json.at("content_digests").get<bool>(),
             .run = json.at("run"),
             .variants = {},
@@ -125,9 +121,10 @@ std::vector<std::uint64_t> numbers_in(const std::string& text, std::uint64_t end
 }
 
 Json to_json(const Shard& shard) {
-  return {{"shard", shard.number},    {"digest", shard.digest}, {"drive", shard.drive},
-          {"input", shard.input},     {"first", shard.first},   {"end", shard.end},
-          {"warm_up", shard.warm_up}, {"after", shard.after},   {"input_digest", shard.input_digest},
+  return {{"shard", shard.number},    {"digest", shard.digest},
+          {"drive", shard.drive},     {"input", shard.input},
+          {"first", shard.first},     {"end", shard.end},
+          {"warm_up", shard.warm_up}, {"input_digest", shard.input_digest},
           {"variant", shard.variant}, {"cost", shard.cost}};
 }
 
@@ -141,7 +138,6 @@ Shard shard_of(const Json& line) {
               .first = count("first"),
               .end = count("end"),
               .warm_up = count("warm_up"),
-              .after = line.at("after"),
               .input_digest = line.at("input_digest"),
               .variant = count("variant"),
               .cost = line.at("cost").get<double>()};
@@ -155,10 +151,9 @@ Shard shard_of(const Json& line) {
 
 std::string digest_of(const Shard& shard, const Plan& plan) {
   const Variant& variant{plan.variants.at(shard.variant)};
-  const Json all{{"version", plan.version},  {"run", plan.run},        {"settings", variant.settings},
-                 {"config", variant.config}, {"input", shard.input},   {"input_digest", shard.input_digest},
-                 {"first", shard.first},     {"end", shard.end},       {"warm_up", shard.warm_up},
-                 {"after", shard.after},     {"hand_on", plan.hand_on}};
+  const Json all{{"version", plan.version},  {"run", plan.run},      {"settings", variant.settings},
+                 {"config", variant.config}, {"input", shard.input}, {"input_digest", shard.input_digest},
+                 {"first", shard.first},     {"end", shard.end},     {"warm_up", shard.warm_up}};
   return sha256_of(io::json_text(all));
 }
 
@@ -181,11 +176,9 @@ void PlanWriter::check() const {
                   io::printable_path(folder_))};
 }
 
-void PlanWriter::add(Shard shard, const Plan& plan, bool follows) {
+void PlanWriter::add(Shard shard, const Plan& plan) {
   shard.number = shards_++;
-  shard.after = follows ? last_digest_ : "";
   shard.digest = batch::digest_of(shard, plan);
-  last_digest_ = shard.digest;
   frames_ += shard.end - shard.first;
   cost_ += shard.cost;
   const std::string line{io::json_text(batch::to_json(shard)) + '\n'};

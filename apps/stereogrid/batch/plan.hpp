@@ -26,7 +26,6 @@ struct Shard {
   std::size_t first{0};              ///< frames [first, end) of the input
   std::size_t end{0};
   std::size_t warm_up{0};      ///< frames before `first` that are processed, unwritten
-  std::string after{};         ///< digest of the shard whose state it continues from; "": none
   std::string input_digest{};  ///< digest of the whole input, not only of these frames
   std::size_t variant{0};      ///< index in Plan::variants
   double cost{0};              ///< estimate: frames, with warm-up, times pixels of one image
@@ -50,7 +49,6 @@ struct Plan {
   std::uint64_t frames{0};
   double cost{0};
   std::uint64_t memory_mb{0};   ///< estimate for a runner
-  bool hand_on{false};          ///< shards continue from their predecessors' saved state
   bool content_digests{false};  ///< input digests cover every byte
   Json run{};                   ///< options of `stereogrid run`
   std::vector<Variant> variants{};
@@ -74,9 +72,8 @@ class PlanWriter {
  public:
   /// Throws ConfigError where the folder holds a plan, DeviceError.
   explicit PlanWriter(std::filesystem::path folder);
-  /// Fills in number, after and digest; `plan`: version, run and variants are set. `follows`: continues from
-  /// the shard added last.
-  void add(Shard shard, const Plan& plan, bool follows);
+  /// Fills in number and digest; `plan`: version, run and variants are set.
+  void add(Shard shard, const Plan& plan);
   /// Fills in the counts and the digest, and writes plan.json. Throws DeviceError.
   void finish(Plan& plan);
 
@@ -91,7 +88,6 @@ class PlanWriter {
   std::uint64_t offset_{0};
   std::uint64_t frames_{0};
   double cost_{0};
-  std::string last_digest_;
 };
 
 /// Reads a plan's folder.

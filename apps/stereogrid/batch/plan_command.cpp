@@ -33,7 +33,6 @@ struct Options {
   std::vector<std::string> sweeps;
   int frames_per_shard{1000};
   int warm_up{50};
-  bool hand_on{false};
   bool content_digests{false};
   bool no_evaluation{false};
   bool skip_bad{false};
@@ -166,9 +165,8 @@ class Planner {
       shard.first = frames * i / parts;
       shard.end = frames * (i + 1) / parts;
       shard.warm_up = std::min(shard.first, static_cast<std::size_t>(options_.warm_up));
-      const std::size_t unwritten{options_.hand_on ? 0 : shard.warm_up};
-      shard.cost = static_cast<double>(shard.end - shard.first + unwritten) * pixels;
-      writer_.add(shard, plan_, options_.hand_on && i > 0);
+      shard.cost = static_cast<double>(shard.end - shard.first + shard.warm_up) * pixels;
+      writer_.add(shard, plan_);
     }
   }
 
@@ -204,7 +202,6 @@ int make_plan(Options options) {
   }
   check_layers(options);
   Plan plan{.version = std::string{version()},
-            .hand_on = options.hand_on,
             .content_digests = options.content_digests,
             .run = to_json(options.run, !options.no_evaluation),
             .variants = variants_of(options.run.config, options.sweeps)};
@@ -237,9 +234,6 @@ void add_shard_options(CLI::App& command, Options& options) {
       ->type_name("N")
       ->check(whole_number(0, 1'000'000'000))
       ->capture_default_str();
-  command.add_flag("--hand-on", options.hand_on,
-                   "Shards continue from the state of the one before: results equal those of the uncut drive, but the "
-                   "shards of a drive wait for each other.");
   command
       .add_option("--sweep", options.sweeps, "Values for every drive: KEY=A,B,C; several --sweep: every combination.")
       ->type_name("KEY=A,B,...")

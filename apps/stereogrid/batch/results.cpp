@@ -177,7 +177,6 @@ Done make_result(const fs::path& run, const fs::path& result, const RunFacts& fa
   Json timing(split_run(run / "run.json", result / "run.json", done));
   copy_lines(run / "frames.jsonl", result / "frames.jsonl");
   for (const char* folder : {"grids", "predictions", "stages", "pictures"}) link_folder(run / folder, result / folder);
-  if (facts.keep_state && fs::exists(run / "state.npz", error)) link_or_copy(run / "state.npz", result / "state.npz");
   if (!facts.figures.is_null()) io::write_file(result / "figures.json", io::json_text(facts.figures, 1) + '\n');
   timing["seconds"] = facts.seconds;
   timing["host"] = host_name();

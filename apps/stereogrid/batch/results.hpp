@@ -65,9 +65,8 @@ using Figures = std::map<std::string, Figure>;
 
 /// Facts about a finished run beside its files.
 struct RunFacts {
-  double seconds{0};       ///< time of the shard's runners
-  bool keep_state{false};  ///< the result has state.npz, for the next shard
-  Json figures;            ///< figures.json
+  double seconds{0};  ///< time of the shard's runners
+  Json figures;       ///< figures.json
 };
 
 /// Makes a shard's result in the folder `result` from the folder `run`, which is not changed. Files are linked where

@@ -9,7 +9,6 @@
 #include <chrono>
 #include <fstream>
 #include <new>
-#include <optional>
 #include <string>
 #include <system_error>
 
@@ -75,7 +74,6 @@ class Runner {
   int work() {
     if (is_done()) return exit_done;
     if (const auto failure{read_failure(places_.failed)}; failure && !retry(*failure)) return failure->exit_code;
-    if (const auto waits{wait_for_predecessor()}) return *waits;
     try {
       return work_alone();
     } catch (const DeviceError& error) {
@@ -116,15 +114,6 @@ class Runner {
     }
     complain(failure.exit_code, fmt::format("not tried again: {} (--retry-poison tries)", failure.message));
     return false;
-  }
-
-  /// Processes the predecessor where it is missing. Returns an exit code where this shard cannot begin.
-  std::optional<int> wait_for_predecessor() const {
-    if (shard_.after.empty()) return std::nullopt;
-    const int code{run_shard(plan_, shard_.number - 1, options_)};
-    if (code == exit_done) return std::nullopt;
-    if (code == exit_try_again || code == exit_bug) return exit_try_again;
-    return refuse(code, fmt::format("continues shard {}, which has failed", shard_.number - 1));
   }
 
   int refuse(int code, const std::string& why) const {
@@ -232,7 +221,6 @@ class Runner {
     RunOptions options{options_of_run()};
     options.device.threads = options_.threads;
     options.input_wait_s = options_.input_wait_s;
-    if (!shard_.after.empty()) options.go_on_from = ShardPlaces{plan_.folder(), shard_.after}.result;
     return run(options);
   }
 
@@ -265,7 +253,7 @@ class Runner {
     const fs::path result{places_.work / "result"};
     const bool scored{is_evaluated(plan_.plan()) && finished_frames(run_folder()) > 0};
     const Json scores(scored ? scores_of(options_of_run(), places_.work) : Json{});
-    Done done{make_result(run_folder(), result, {seconds(), plan_.plan().hand_on, scores})};
+    Done done{make_result(run_folder(), result, {seconds(), scores})};
     done.digest = shard_.digest;
     done.cost = shard_.cost;
     if (done.skipped > 0) note_skipped(done.skipped);

@@ -88,7 +88,7 @@ std::string filled_in(const Template& from, const std::map<std::string, std::str
   return filled.append(rest, from.text.cend());
 }
 
-/// A line per task: numbers of shards that are neither done nor failed. Shards that continue each other stay together.
+/// A line per task: numbers of shards that are neither done nor failed.
 std::vector<std::string> tasks_of(const PlanReader& plan, std::uint64_t shards_per_task) {
   std::vector<std::string> tasks;
   std::vector<std::uint64_t> task;
@@ -100,7 +100,7 @@ std::vector<std::string> tasks_of(const PlanReader& plan, std::uint64_t shards_p
   plan.for_each([&](const Shard& shard) {
     const ShardState state{states.of(shard.digest)};
     if (state == ShardState::done || state == ShardState::failed) return;
-    if (task.size() >= shards_per_task && shard.after.empty()) end_task();
+    if (task.size() >= shards_per_task) end_task();
     task.push_back(shard.number);
   });
   end_task();

@@ -5,12 +5,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <optional>
 #include <vector>
 
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/run_folder/checkpoint.hpp"
-#include "stereogrid/io/text.hpp"
 
 namespace stereogrid::app {
 namespace {
@@ -49,11 +49,10 @@ std::size_t first_to_do(const io::RunRecord& record) {
   return finished.empty() ? record.range().first : finished.back().index + 1;
 }
 
-Continuation continuation_of(const io::RunRecord& record, Pipeline& pipeline, PoseStage& poses,
-                             const Beginning& beginning) {
+Continuation continuation_of(const io::RunRecord& record, Pipeline& pipeline, PoseStage& poses, std::size_t warm_up) {
   const std::size_t next{first_to_do(record)};
   const std::size_t first{record.range().first};
-  Continuation continuation{first - std::min(first, beginning.warm_up)};
+  Continuation continuation{first - std::min(first, warm_up)};
   std::vector<std::string>& warnings{continuation.warnings};
   if (next == record.range().end) return {next};
   if (next > first || record.every() > 1) {
@@ -69,14 +68,6 @@ Continuation continuation_of(const io::RunRecord& record, Pipeline& pipeline, Po
     if (next > first) {
       continuation.note =
           fmt::format("continuing with frame {}; no matching state: processing from frame {} again", next, first);
-    }
-  }
-  if (!beginning.go_on_from.empty()) {
-    if (load(beginning.go_on_from, pipeline, poses, warnings, [=](std::size_t i) { return i < first; })) {
-      continuation.first = first;
-    } else {
-      warnings.push_back(fmt::format("{}: its saved state does not fit; {} frames of warm-up instead",
-                                     io::printable_path(beginning.go_on_from), beginning.warm_up));
     }
   }
   return continuation;

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstddef>
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -16,12 +15,6 @@ namespace stereogrid::app {
 /// The first frame of a run that is not finished.
 [[nodiscard]] std::size_t first_to_do(const io::RunRecord& record);
 
-/// Beginning of a run without a checkpoint of its own.
-struct Beginning {
-  std::size_t warm_up{0};              ///< frames processed before the first one, unwritten
-  std::filesystem::path go_on_from{};  ///< folder of the run that ends there; empty: none
-};
-
 /// First frame to process, and messages for the user.
 struct Continuation {
   std::size_t first{0};
@@ -30,8 +23,9 @@ struct Continuation {
 };
 
 /// Continues after the checkpoint that pipeline and odometry load, or at the beginning of the run. Frames completed
-/// after the checkpoint are processed again, with the same results.
+/// after the checkpoint are processed again, with the same results. `warm_up`: frames processed before the first one,
+/// unwritten.
 [[nodiscard]] Continuation continuation_of(const io::RunRecord& record, Pipeline& pipeline, PoseStage& poses,
-                                           const Beginning& beginning);
+                                           std::size_t warm_up);
 
 }  // namespace stereogrid::app

@@ -145,11 +145,8 @@ int run(const RunOptions& options) {
   const io::Checkpoints checkpoints{record.range().first, static_cast<std::size_t>(options.checkpoint_every),
                                     options.every};
   PoseStage poses{input.poses, input.source->rig(), input.mask,
-                  [checkpoints, end = record.range().end, save_last = options.save_last](std::size_t index) {
-                    return checkpoints.is_due_after(index) || (save_last && index + 1 == end);
-                  }};
-  const Continuation from{
-      continuation_of(record, pipeline, poses, {static_cast<std::size_t>(options.warm_up), options.go_on_from})};
+                  [checkpoints](std::size_t index) { return checkpoints.is_due_after(index); }};
+  const Continuation from{continuation_of(record, pipeline, poses, static_cast<std::size_t>(options.warm_up))};
   for (const std::string& warning : from.warnings) spdlog::warn("{}", warning);
   if (!from.note.empty()) spdlog::info("{}", from.note);
   record.go_on_from(from.first);
@@ -157,7 +154,7 @@ int run(const RunOptions& options) {
   catch_interrupts();
   loop.go_through(*input.source);
   record.save(loop.is_complete());
-  if (loop.is_complete() ? options.save_last : !poses.takes_time()) loop.save_state();
+  if (!loop.is_complete() && !poses.takes_time()) loop.save_state();
   print_summary(record, loop.frames_per_second());
   warn_of_frames(record, input, pipeline);
   return loop.is_complete() ? exit_done : stopped(options, record, loop);

@@ -37,8 +37,6 @@ struct RunOptions {
   int input_wait_s{300};
   // for a shard (batch/), a part of a drive whose other parts are runs of their own
   bool world_of_input{false};  ///< the world frame is the vehicle frame of the input's first frame, not the run's
-  bool save_last{false};       ///< also save the state of the pipeline after the last frame
-  std::string go_on_from{};    ///< folder of the run that ends where this one begins; "": there is none
 };
 
 /// Options for results, beside INPUT and parameters.
