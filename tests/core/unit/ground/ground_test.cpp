@@ -80,9 +80,15 @@ Ground carried_over(const Rig& rig, const GroundConfig& config, const Ground& be
   return predicted(rig, config, before, frame_s);
 }
 
-TEST(EstimateGround, RecoversHeightPitchAndRoll) {
-  const Rig rig{small_kitti_rig()};
+class EstimateGround : public ::testing::Test {
+ protected:
+  Rig rig{small_kitti_rig()};
   GroundSpace space{rig.width_px, rig.height_px};
+};
+using IsLost = EstimateGround;
+using SearchGround = EstimateGround;
+
+TEST_F(EstimateGround, RecoversHeightPitchAndRoll) {
   unsigned seed{1};
   for (const Ground& truth :
        {Ground{1.65, 0, 0, false}, Ground{1.70, 0.2 * degree, 0, false},
@@ -94,9 +100,7 @@ TEST(EstimateGround, RecoversHeightPitchAndRoll) {
   }
 }
 
-TEST(EstimateGround, BearsOutliersAndAVanThatHidesTheRoad) {
-  const Rig rig{small_kitti_rig()};
-  GroundSpace space{rig.width_px, rig.height_px};
+TEST_F(EstimateGround, BearsOutliersAndAVanThatHidesTheRoad) {
   const Ground truth{1.68, 0.2 * degree, -0.5 * degree, false};
   const Street seen{street(rig, truth, {0.3, 0.2, true}, 7)};
   const Ground found{estimate_ground(rig, gates(), seen.road.view(), calibrated(rig), frame_s, space)};
@@ -104,9 +108,7 @@ TEST(EstimateGround, BearsOutliersAndAVanThatHidesTheRoad) {
   expect_close(found, truth, 0.02, 0.05);
 }
 
-TEST(EstimateGround, WithoutRoadKeepsThePlaneBeforeAndGrowsUncertain) {
-  const Rig rig{small_kitti_rig()};
-  GroundSpace space{rig.width_px, rig.height_px};
+TEST_F(EstimateGround, WithoutRoadKeepsThePlaneBeforeAndGrowsUncertain) {
   const Image<float> nothing{rig.width_px, rig.height_px};
   const Ground before{tracked({1.7, 0.01, -0.02, true})};
   Ground ground{before};
@@ -128,9 +130,7 @@ TEST(EstimateGround, WithoutRoadKeepsThePlaneBeforeAndGrowsUncertain) {
   EXPECT_EQ(ground.pitch_sigma_rad, calibrated(rig).pitch_sigma_rad) << "no less certain than the calibration";
 }
 
-TEST(EstimateGround, AFewPixelsAreNoRoad) {
-  const Rig rig{small_kitti_rig()};
-  GroundSpace space{rig.width_px, rig.height_px};
+TEST_F(EstimateGround, AFewPixelsAreNoRoad) {
   Street seen{street(rig, {1.65, 0, 0, false}, {0, 0, false}, 3)};
   for (int v{0}; v < rig.height_px; ++v) {
     for (int u{0}; u < rig.width_px; ++u) seen.road(u, v) = v < 150 && u > 300 && u < 320 ? seen.road(u, v) : 0.0f;
@@ -140,9 +140,7 @@ TEST(EstimateGround, AFewPixelsAreNoRoad) {
 
 // The fit itself converges in each of these cases; only the gate says no. (A plane before that lies within it would
 // hold the result there.)
-TEST(EstimateGround, BeyondAGateThePlaneBeforeIsCarriedOver) {
-  const Rig rig{small_kitti_rig()};
-  GroundSpace space{rig.width_px, rig.height_px};
+TEST_F(EstimateGround, BeyondAGateThePlaneBeforeIsCarriedOver) {
   GroundConfig height{gates()};
   GroundConfig pitch{gates()};
   GroundConfig roll{gates()};
@@ -159,9 +157,7 @@ TEST(EstimateGround, BeyondAGateThePlaneBeforeIsCarriedOver) {
   }
 }
 
-TEST(EstimateGround, WeighsThePlaneBeforeByItsCertainty) {
-  const Rig rig{small_kitti_rig()};
-  GroundSpace space{rig.width_px, rig.height_px};
+TEST_F(EstimateGround, WeighsThePlaneBeforeByItsCertainty) {
   const Ground truth{1.70, 0.1 * degree, 0.4 * degree, false};
   const Street seen{street(rig, truth, {0.3, 0, false}, 4)};
   Ground before{calibrated(rig)};
@@ -174,9 +170,7 @@ TEST(EstimateGround, WeighsThePlaneBeforeByItsCertainty) {
 }
 
 // Noise that neighbours have in common is what real disparities have.
-TEST(EstimateGround, ErrorsAreAsLargeAsItSays) {
-  const Rig rig{small_kitti_rig()};
-  GroundSpace space{rig.width_px, rig.height_px};
+TEST_F(EstimateGround, ErrorsAreAsLargeAsItSays) {
   constexpr int trials{60};
   double height{0};
   double pitch{0};
@@ -199,9 +193,7 @@ TEST(EstimateGround, ErrorsAreAsLargeAsItSays) {
   }
 }
 
-TEST(EstimateGround, LessRoadIsLessCertain) {
-  const Rig rig{small_kitti_rig()};
-  GroundSpace space{rig.width_px, rig.height_px};
+TEST_F(EstimateGround, LessRoadIsLessCertain) {
   Street seen{street(rig, {1.65, 0, 0, false}, {0.3, 0, false, 20}, 3)};
   const Ground whole{estimate_ground(rig, gates(), seen.road.view(), calibrated(rig), frame_s, space)};
   for (int v{0}; v < rig.height_px; ++v) {
@@ -214,9 +206,7 @@ TEST(EstimateGround, LessRoadIsLessCertain) {
 }
 
 // Matched as road, since the road hypothesis searches around the plane.
-TEST(EstimateGround, APavementOnOneSideDoesNotTiltIt) {
-  const Rig rig{small_kitti_rig()};
-  GroundSpace space{rig.width_px, rig.height_px};
+TEST_F(EstimateGround, APavementOnOneSideDoesNotTiltIt) {
   const Ground truth{1.65, 0.1 * degree, 0, false};
   Street seen{street(rig, truth, {0.1, 0, false, 10}, 5)};
   for (int v{0}; v < rig.height_px; ++v) {
@@ -242,9 +232,7 @@ double cambered_road(const Rig& rig, double height_m, int u, int v) {
   return rig.focal_px * rig.baseline_m / z;
 }
 
-TEST(EstimateGround, OnACamberedRoadTheSamePlaneIsFoundFromEverywhere) {
-  const Rig rig{small_kitti_rig()};
-  GroundSpace space{rig.width_px, rig.height_px};
+TEST_F(EstimateGround, OnACamberedRoadTheSamePlaneIsFoundFromEverywhere) {
   std::mt19937 generator{6};
   Image<float> road{rig.width_px, rig.height_px};
   for (int v{static_cast<int>(rig.cy_px) + 12}; v < rig.height_px; ++v) {
@@ -264,9 +252,7 @@ TEST(EstimateGround, OnACamberedRoadTheSamePlaneIsFoundFromEverywhere) {
   }
 }
 
-TEST(EstimateGround, CanBeSwitchedOff) {
-  const Rig rig{small_kitti_rig()};
-  GroundSpace space{rig.width_px, rig.height_px};
+TEST_F(EstimateGround, CanBeSwitchedOff) {
   GroundConfig config{gates()};
   config.estimate = false;
   const Street seen{street(rig, {1.70, 0.003, 0, false}, {0, 0, false}, 4)};
@@ -276,9 +262,7 @@ TEST(EstimateGround, CanBeSwitchedOff) {
             (Ground{1.65, 0, 0, false}));
 }
 
-TEST(IsLost, WhenTheRoadLiesElsewhere) {
-  const Rig rig{small_kitti_rig()};
-  GroundSpace space{rig.width_px, rig.height_px};
+TEST_F(IsLost, WhenTheRoadLiesElsewhere) {
   const Ground truth{1.65, 0.2 * degree, 0.3 * degree, false};
   const Street seen{street(rig, truth, {0.3, 0.2, true}, 31)};
   const auto lost = [&](double pitch_deg) {
@@ -292,9 +276,7 @@ TEST(IsLost, WhenTheRoadLiesElsewhere) {
   EXPECT_FALSE(is_lost(rig, gates(), nothing.view(), nothing.view(), truth, space));
 }
 
-TEST(SearchGround, FindsARoadWhoseCalibratedPitchIsADegreeWrong) {
-  const Rig rig{small_kitti_rig()};
-  GroundSpace space{rig.width_px, rig.height_px};
+TEST_F(SearchGround, FindsARoadWhoseCalibratedPitchIsADegreeWrong) {
   unsigned seed{11};
   for (const double pitch_deg : {1.0, -1.0, 2.0}) {
     const Ground truth{1.60, pitch_deg * degree, 0.5 * degree, false};
@@ -306,10 +288,8 @@ TEST(SearchGround, FindsARoadWhoseCalibratedPitchIsADegreeWrong) {
 }
 
 // With a long lens two degrees are 8 px of disparity, out of the reach of a fit that starts at the calibration.
-TEST(SearchGround, FindsARoadFarFromTheCalibration) {
-  Rig rig{small_kitti_rig()};
+TEST_F(SearchGround, FindsARoadFarFromTheCalibration) {
   rig.focal_px = 721;
-  GroundSpace space{rig.width_px, rig.height_px};
   unsigned seed{21};
   for (const double pitch_deg : {2.0, -1.5}) {
     const Ground truth{1.50, pitch_deg * degree, -0.5 * degree, false};
@@ -321,9 +301,7 @@ TEST(SearchGround, FindsARoadFarFromTheCalibration) {
 }
 
 // At the start the road has often been taken for upright surfaces.
-TEST(SearchGround, ReadsTheObstaclesDisparitiesToo) {
-  const Rig rig{small_kitti_rig()};
-  GroundSpace space{rig.width_px, rig.height_px};
+TEST_F(SearchGround, ReadsTheObstaclesDisparitiesToo) {
   const Ground truth{1.60, 1 * degree, 0, false};
   const Street seen{street(rig, truth, {0.3, 0.2, false}, 12)};
   const Image<float> nothing{rig.width_px, rig.height_px};
@@ -331,9 +309,7 @@ TEST(SearchGround, ReadsTheObstaclesDisparitiesToo) {
                0.05);
 }
 
-TEST(SearchGround, FallsBackToTheCalibration) {
-  const Rig rig{small_kitti_rig()};
-  GroundSpace space{rig.width_px, rig.height_px};
+TEST_F(SearchGround, FallsBackToTheCalibration) {
   const Image<float> nothing{rig.width_px, rig.height_px};
   const Ground fallback{calibrated(rig)};
   EXPECT_EQ(search_ground(rig, gates(), nothing.view(), nothing.view(), fallback, space), fallback);
@@ -342,9 +318,7 @@ TEST(SearchGround, FallsBackToTheCalibration) {
   EXPECT_EQ(search_ground(rig, gates(), wall.view(), nothing.view(), fallback, space), fallback);
 }
 
-TEST(SearchGround, GivesTheSameAnswerEveryTime) {
-  const Rig rig{small_kitti_rig()};
-  GroundSpace space{rig.width_px, rig.height_px};
+TEST_F(SearchGround, GivesTheSameAnswerEveryTime) {
   const Street seen{street(rig, {1.7, 0.01, 0.005, false}, {0.3, 0.3, true}, 13)};
   const Ground once{search_ground(rig, gates(), seen.obstacle.view(), seen.road.view(), calibrated(rig), space)};
   EXPECT_EQ(search_ground(rig, gates(), seen.obstacle.view(), seen.road.view(), calibrated(rig), space), once);
