@@ -1,0 +1,142 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <utility>
+
+#include "node_support.hpp"
+
+namespace stereogrid_ros::testing {
+namespace {
+
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+TEST_F(Ros2Node, SaysThatTheMountingIsNotKnownAndGoesOnOnceItIs) {
+  const auto mounting{std::exchange(mounting_, std::nullopt)};
+  start({});
+  hand_in_infos();
+  EXPECT_TRUE(wait_for([] { return !told().empty(); }));
+  EXPECT_THAT(told(), Contains(HasSubstr("\"base_footprint\" and \"camera\" are not connected")));
+  mounting_ = mounting;
+  hand_in_infos();
+  hand_in_frames(1);
+  EXPECT_EQ(published(grids).size(), 1U);
+}
+
+TEST_F(Ros2Node, RefusesCamerasWithoutCalibrationAndTakesTheNext) {
+  start({{"poses", std::string{"none"}}});
+  stereogrid::Rig none{scene_.rig()};
+  none.focal_px = 0;
+  hand_in("left/camera_info", info_of(none, 0));
+  hand_in("right/camera_info", info_of(none, 0.1));
+  EXPECT_TRUE(wait_for([] { return !told().empty(); }));
+  EXPECT_THAT(told(), Contains(HasSubstr("camera_info")));
+  hand_in_infos();
+  hand_in_frames(1);
+  EXPECT_EQ(published(grids).size(), 1U);
+}
+
+TEST_F(Ros2Node, TellsWhatImagesItCannotRead) {
+  start({{"poses", std::string{"none"}}});
+  hand_in_infos();
+  hand_in_frames(1);
+  const stereogrid::StereoFrame frame{scene_.load(1)};
+  sensor_msgs::msg::Image image{message_of(frame.left, begin_ns + frame.stamp_ns)};
+  for (int i{0}; i < 10; ++i) {  // both sides in turn: one warning each
+    image.encoding = "tiles";
+    hand_in("left/image_rect", image);
+    hand_in("right/image_rect", image);
+  }
+  EXPECT_EQ(std::ranges::count_if(told(), [](const std::string& one) { return one.find("tiles") != one.npos; }), 2);
+  image.encoding = "rgb8";
+  hand_in("left/image_rect", image);
+  EXPECT_THAT(told(), Contains(HasSubstr("192×128 px, 192 bytes a row, but has 24576 bytes")));
+  sensor_msgs::msg::Image left{image_of("uyvy", 192, 128, std::uint16_t{0x8040}, begin_ns + frame.stamp_ns)};
+  sensor_msgs::msg::Image right{message_of(frame.right, begin_ns + frame.stamp_ns)};
+  right.encoding = "bayer_grbg8";
+  hand_in("left/image_rect", left);
+  hand_in("right/image_rect", right);
+  EXPECT_TRUE(wait_for([] { return published(grids).size() == 2; }));
+}
+
+TEST_F(Ros2Node, WarnsOnceOfCamerasThatAreSilent) {
+  start({{"poses", std::string{"none"}}});
+  hand_in_infos();
+  hand_in_frames(1);
+  const auto silent{[] {
+    return std::ranges::count_if(told(), [](const std::string& one) { return one.starts_with("No image has come"); });
+  }};
+  ASSERT_TRUE(wait_for([&] { return silent() > 0; }));
+  std::this_thread::sleep_for(2500ms);  // the number of seconds has changed
+  EXPECT_EQ(silent(), 1) << ::testing::PrintToString(told());
+}
+
+TEST_F(Ros2Node, StopsWhileATransformIsMissing) {
+  mounting_.reset();
+  start({{"transform_tolerance", 60.0}});
+  hand_in_infos();
+  std::this_thread::sleep_for(100ms);
+  const auto begun{std::chrono::steady_clock::now()};
+  node_.reset();
+  EXPECT_LT(std::chrono::steady_clock::now() - begun, 2s);
+}
+
+TEST_F(Ros2Node, LateTransformsAreWaitedForAndWarnedOfOnce) {
+  std::atomic<bool> is_late{true};
+  stand_in::lookup() = [&](const std::string& target, const std::string&, std::int64_t stamp_ns) {
+    if (target == "base_footprint") return mounting_;
+    return is_late ? std::nullopt : way(stamp_ns);
+  };
+  start({{"transform_tolerance", 0.02}});
+  hand_in_infos();
+  const auto late{[] {
+    return std::ranges::count_if(told(), [](const std::string& one) { return one.find("connected") != one.npos; });
+  }};
+  for (int i{0}; i < 200 && late() == 0; ++i) {
+    hand_in_pair(0);
+    std::this_thread::sleep_for(20ms);
+  }
+  for (std::size_t i{1}; i < 4; ++i) {
+    hand_in_pair(i);
+    std::this_thread::sleep_for(50ms);
+  }
+  EXPECT_EQ(late(), 1);
+  is_late = false;
+  hand_in_pair(4);
+  EXPECT_TRUE(wait_for([] { return published(grids).size() == 1; }));
+}
+
+TEST_F(Ros2Node, EndsTheProcessAfterAnErrorOfItsThread) {
+  start({{"poses", std::string{"none"}}});
+  hand_in_infos();
+  stand_in::world().publishing_fails = true;
+  EXPECT_TRUE(wait_for([&] {
+    hand_in_pair(0);
+    return node_->has_failed();
+  }));
+  EXPECT_THAT(told(), Contains(HasSubstr("stopped: failed to publish message")));
+  const std::scoped_lock lock{stand_in::world().mutex};
+  EXPECT_TRUE(stand_in::world().is_shut_down);
+}
+
+TEST(Ros2Process, WrongParametersAreExitCode1AndOneSentence) {
+  FILE* const pipe{popen(STEREOGRID_ROS_STAND_IN " -p poses:=gps 2>&1", "re")};
+  std::array<char, 1000> text{};
+  const std::size_t size{std::fread(text.data(), 1, text.size() - 1, pipe)};
+  const int status{pclose(pipe)};
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 1);
+  EXPECT_STREQ(text.data(), "stereo_grid: parameter poses: gps (allowed tf, images, none).\n");
+  EXPECT_EQ(size, std::string{text.data()}.size());
+  EXPECT_EQ(std::system(STEREOGRID_ROS_STAND_IN " -p poses:=none"), 0);
+}
+
+}  // namespace
+}  // namespace stereogrid_ros::testing
