@@ -24,7 +24,8 @@ MOTION = {"speed_error_mps": ("speed error, m/s", 1, 2), "direction_error_deg": 
 
 
 OBSTACLES = {"separate": ("found alone", 2), "merged": ("merged", 2), "split": ("split", 2),
-             "free_covered": ("free cells covered", 3), "moving_wrong": ("moving that do not", 2), "moving_cells_standing": ("cells that move by things that stand", 2),
+             "free_covered": ("free cells covered", 3), "moving_wrong": ("moving that do not", 2), "moving_cells": ("cells that move", 0),
+             "moving_cells_standing": ("… by things that stand", 2),
              "speed_error_mps": ("speed error, m/s", 2), "area_p90_m2": ("area of 90 %, m²", 1)}
 TRACKING = {"mota": ("MOTA", 2), "idf1": ("IDF1", 2), "id_switches": ("other id", 0)}
 

@@ -80,10 +80,10 @@ struct FrameResult {
   Image<float> observed;       ///< P(T_X) of this frame alone, in the cells of `vehicle.geometry`
   Image<float>
       elevation_m;  ///< m above `ground` in the cells of `vehicle.geometry`, NaN = unseen; empty: ground.model plane
-  Image<float> elevation_sigma_m;  ///< standard deviation, NaN = unseen
-  Image<TerrainClass> terrain;     ///< class of the ground
-  GridLayers vehicle;              ///< filtered, re-sampled into the vehicle frame; its geometry is always the same
-  GridLayers world;                ///< filtered, world-aligned; its geometry moves with the vehicle in whole cells
+  Image<float> elevation_sigma_m;       ///< standard deviation, NaN = unseen
+  Image<TerrainClass> terrain;          ///< class of the ground
+  GridLayers vehicle;                   ///< filtered, in the vehicle frame, corrected by `observed`; constant geometry
+  GridLayers world;                     ///< filtered, world-aligned; its geometry moves with the vehicle in whole cells
   std::vector<Prediction> predictions;  ///< one for each of PipelineOptions::horizons_s
   std::vector<Obstacle> obstacles;
   StageImages stages;  ///< empty: see PipelineOptions::stages

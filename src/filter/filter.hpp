@@ -263,4 +263,8 @@ void resample_rows(const Pose2& world_from_vehicle, int begin, int end, KnownKin
 void resample_occupancy(const GridLayers& world, const Pose2& world_from_vehicle, const GridGeometry& vehicle_grid,
                         Image<float>& occupancy);
 
+/// Corrects the filtered occupancy in rows begin … end − 1 of the vehicle's grid by what the frame shows around each
+/// cell. docs/method.md §8.8.
+void correct_by_frame(View<const float> observed, int begin, int end, GridLayers& filtered);
+
 }  // namespace stereogrid

@@ -81,7 +81,7 @@ void FramePipeline::process(const LevelFrame& frame, FrameResult& result) {
   }
   stages_->finish();
   if (!is_usable) set_unknown(result.stages);
-  if (is_usable && terrain_) terrain_->bound_filtered(result);
+  if (is_usable) bound_filtered(result);
 
   is_first_ = false;
   cpu_.together([&] { update_tracks(frame, is_usable, result); },
@@ -109,6 +109,14 @@ void FramePipeline::match(const Ground& expected, bool estimates_ground) {
 void FramePipeline::observe_and_filter(bool is_usable, std::span<const VelocityEvidence> velocities) {
   stages_->observe(is_usable, near_.held(is_usable).cells);
   stages_->filter(velocities);
+}
+
+void FramePipeline::bound_filtered(FrameResult& result) {
+  if (config_.filter.model == FilterModel::joint) {
+    ranges_of(cpu_)(result.observed.height(),
+                    [&](int begin, int end) { correct_by_frame(result.observed.view(), begin, end, result.vehicle); });
+  }
+  if (terrain_) terrain_->bound_filtered(result);
 }
 
 void FramePipeline::find_terrain(const LevelFrame& frame, const GridGeometry& window, FrameResult& result) {

@@ -1,0 +1,67 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "filter/filter.hpp"
+
+namespace stereogrid {
+namespace {
+
+constexpr float free_p{0.1f};
+constexpr float hidden{0.5f};
+constexpr float shown{0.9f};
+
+struct Corrected {
+  float occupancy;
+  float moving;
+};
+
+// The middle cell of 5 × 5, observed as `here`, the rows below it as `below`, the others as `beside`.
+Corrected corrected(float here, float beside, float below, float occupancy, float moving = 0) {
+  Image<float> observed{5, 5, beside};
+  for (int y{0}; y < 2; ++y) std::fill_n(observed.row(y), 5, below);
+  observed(2, 2) = here;
+  GridLayers layers{grid_layers({0, 0, 0.2, 5, 5})};
+  layers.occupancy(2, 2) = occupancy;
+  layers.moving(2, 2) = moving;
+  correct_by_frame(observed.view(), 0, 5, layers);
+  return {layers.occupancy(2, 2), layers.moving(2, 2)};
+}
+
+float after_factor(float occupancy, float factor) {
+  return factor * occupancy / (factor * occupancy + 1 - occupancy);
+}
+
+TEST(CorrectByFrame, LowersTheOddsOfObstaclesBesideGround) {
+  EXPECT_FLOAT_EQ(corrected(hidden, free_p, shown, 0.9f).occupancy, after_factor(0.9f, 0.25f));
+  EXPECT_FLOAT_EQ(corrected(hidden, free_p, free_p, 0.7f).occupancy, 0.5f) << "never free";
+  EXPECT_FLOAT_EQ(corrected(free_p, free_p, free_p, 0.7f).occupancy, 0.7f) << "the filter has seen that itself";
+}
+
+TEST(CorrectByFrame, LowersThoseAtTheBorderOfAnObstacleThatTheFrameShows) {
+  EXPECT_FLOAT_EQ(corrected(0.8f, free_p, shown, 0.9f).occupancy, after_factor(0.9f, 0.5f));
+  EXPECT_FLOAT_EQ(corrected(0.85f, free_p, shown, 0.9f).occupancy, 0.9f);
+  EXPECT_FLOAT_EQ(corrected(0.6f, free_p, free_p, 0.6f).occupancy, 0.6f) << "a pole of one cell stays";
+  EXPECT_FLOAT_EQ(corrected(0.8f, shown, shown, 0.9f).occupancy, 0.9f);
+}
+
+TEST(CorrectByFrame, RaisesThoseOfHiddenCellsInsideAnObstacle) {
+  EXPECT_FLOAT_EQ(corrected(hidden, shown, shown, 0.9f).occupancy, after_factor(0.9f, 2.5f));
+  EXPECT_FLOAT_EQ(corrected(hidden, shown, shown, 0.55f).occupancy, 0.55f) << "unknown stays unknown";
+}
+
+TEST(CorrectByFrame, LeavesNothingFreeWhereAnObstacleIs) {
+  EXPECT_FLOAT_EQ(corrected(shown, free_p, free_p, 0.3f).occupancy, 0.5f);
+  EXPECT_FLOAT_EQ(corrected(hidden, free_p, free_p, 0.3f, 0.25f).occupancy, 0.5f);
+  EXPECT_FLOAT_EQ(corrected(hidden, free_p, free_p, 0.3f, 0.15f).occupancy, 0.3f);
+  EXPECT_FLOAT_EQ(corrected(free_p, free_p, free_p, 0.3f, 0.25f).occupancy, 0.3f);
+}
+
+TEST(CorrectByFrame, KeepsMovingMassWithinTheOccupancy) {
+  EXPECT_FLOAT_EQ(corrected(hidden, free_p, free_p, 0.7f, 0.6f).moving, 0.5f);
+}
+
+}  // namespace
+}  // namespace stereogrid
