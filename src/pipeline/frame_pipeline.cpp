@@ -81,7 +81,7 @@ void FramePipeline::process(const LevelFrame& frame, FrameResult& result) {
   }
   stages_->finish();
   if (!is_usable) set_unknown(result.stages);
-  if (is_usable) bound_filtered(result);
+  bound_filtered(frame, is_usable, result);
 
   is_first_ = false;
   cpu_.together([&] { update_tracks(frame, is_usable, result); },
@@ -111,12 +111,12 @@ void FramePipeline::observe_and_filter(bool is_usable, std::span<const VelocityE
   stages_->filter(velocities);
 }
 
-void FramePipeline::bound_filtered(FrameResult& result) {
-  if (config_.filter.model == FilterModel::joint) {
+void FramePipeline::bound_filtered(const LevelFrame& frame, bool is_usable, FrameResult& result) {
+  if (is_usable && config_.filter.model == FilterModel::joint) {
     ranges_of(cpu_)(result.observed.height(),
                     [&](int begin, int end) { correct_by_frame(result.observed.view(), begin, end, result.vehicle); });
   }
-  if (terrain_) terrain_->bound_filtered(result);
+  if (terrain_) terrain_->bound_filtered(frame.world_from_vehicle, is_usable, result);
 }
 
 void FramePipeline::find_terrain(const LevelFrame& frame, const GridGeometry& window, FrameResult& result) {
@@ -323,12 +323,14 @@ void FramePipeline::reset() {
   scene_flow_ = SceneFlow{rig_};
   tracker_.forget();
   near_.clear();
+  if (terrain_) terrain_->reset();
 }
 
 template <class State>
 void FramePipeline::exchange(State& state) {
   state(ground_, frames_to_search_, is_first_, has_measured_ground_, alignment_, validator_, extrinsics_search_,
         scene_flow_, tracker_, near_);
+  if (terrain_) state(*terrain_);
 }
 
 void FramePipeline::save(StateWriter& state) {

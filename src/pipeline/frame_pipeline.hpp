@@ -63,7 +63,7 @@ class FramePipeline {
   void find_terrain(const LevelFrame& frame, const GridGeometry& window, FrameResult& result);
   void find_blur(const LevelFrame& frame);
   void observe_and_filter(bool is_usable, std::span<const VelocityEvidence> velocities);
-  void bound_filtered(FrameResult& result);
+  void bound_filtered(const LevelFrame& frame, bool is_usable, FrameResult& result);
   Rejection validate(const LevelFrame& frame);
   void find_segments(const LevelFrame& frame);
   Rejection settle(const LevelFrame& frame, Rejection rejection, const GroundBefore& before, FrameResult& result);

@@ -4,8 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <numbers>
+#include <utility>
+
+#include "filter/filter.hpp"
 
 namespace stereogrid {
 namespace {
@@ -37,6 +41,17 @@ void fill_rows(Image<T>& image, int begin, int end, T value) {
   std::fill_n(image.row(begin), static_cast<std::size_t>(end - begin) * static_cast<std::size_t>(image.width()), value);
 }
 
+void bound(const Image<CellRule>& rules, Image<float>& occupancy) {
+  for (int iy{0}; iy < rules.height(); ++iy) {
+    float* const row{occupancy.row(iy)};
+    for_cells(rules.row(iy), rules.width(), [row](int begin, int end, CellRule rule) {
+      const float least{least_filtered(rule)};
+      if (least == 0) return;
+      for (int ix{begin}; ix < end; ++ix) row[ix] = std::max(row[ix], least);
+    });
+  }
+}
+
 void clear_rows(FrameResult& result, int begin, int end) {
   fill_rows(result.elevation_m, begin, end, std::numeric_limits<float>::quiet_NaN());
   fill_rows(result.elevation_sigma_m, begin, end, std::numeric_limits<float>::quiet_NaN());
@@ -57,7 +72,9 @@ FrameTerrain::FrameTerrain(const Rig& level_rig, const Config& config, const Gri
                config.matching.disparities,
                config.matching.window_px},
       vehicle_rules_{vehicle_grid.nx, vehicle_grid.ny},
-      window_rules_{window_cells, window_cells} {
+      window_rules_{window_cells, window_cells},
+      held_{window_cells, window_cells},
+      moved_{window_cells, window_cells} {
   edges_.reserve(static_cast<std::size_t>(level_rig.width_px / sector_px + 1));
 }
 
@@ -81,19 +98,53 @@ void FrameTerrain::write_window(const GridInVehicle& grid, int begin, int end) {
   });
 }
 
-void FrameTerrain::bound_filtered(FrameResult& result) const {
-  const auto bound = [](const Image<CellRule>& rules, Image<float>& occupancy) {
-    for (int iy{0}; iy < rules.height(); ++iy) {
-      float* const row{occupancy.row(iy)};
-      for_cells(rules.row(iy), rules.width(), [row](int begin, int end, CellRule rule) {
-        const float least{least_filtered(rule)};
-        if (least == 0) return;
-        for (int ix{begin}; ix < end; ++ix) row[ix] = std::max(row[ix], least);
-      });
+void FrameTerrain::move_held(const GridGeometry& window) {
+  GridGeometry before{window};
+  before.x_min_m = std::exchange(held_x_m_, window.x_min_m);
+  before.y_min_m = std::exchange(held_y_m_, window.y_min_m);
+  const int cells{held_.width()};
+  const Scroll scroll{scroll_between(before, window)};
+  const Scroll by{std::clamp(scroll.x, -cells, cells), std::clamp(scroll.y, -cells, cells)};
+  if (by.x == 0 && by.y == 0) return;
+  moved_.fill(CellRule::as_observed);
+  const int first{std::max(-by.x, 0)};
+  const int count{cells - std::abs(by.x)};
+  for (int iy{std::max(-by.y, 0)}; iy < std::min(cells - by.y, cells); ++iy)
+    std::copy_n(held_.row(iy + by.y) + first + by.x, count, moved_.row(iy) + first);
+  std::swap(held_, moved_);
+}
+
+// Cells without ground keep their hazard. Hidden cells are none: some of them are seen to be ground from nearer by.
+void FrameTerrain::hold() {
+  for (int iy{0}; iy < held_.height(); ++iy) {
+    CellRule* const row{held_.row(iy)};
+    for_cells(window_rules_.row(iy), held_.width(), [&](int begin, int end, CellRule rule) {
+      if (rule == CellRule::ground_not_seen) return;
+      const bool is_hazard{rule == CellRule::edge || rule == CellRule::obstacle};
+      std::fill(row + begin, row + end, is_hazard ? rule : CellRule::as_observed);
+    });
+  }
+}
+
+void FrameTerrain::bound_filtered(const Pose2& world_from_vehicle, bool is_usable, FrameResult& result) {
+  const GridGeometry& window{result.world.geometry};
+  move_held(window);
+  if (is_usable) {
+    hold();
+    bound(vehicle_rules_, result.vehicle.occupancy);
+    bound(window_rules_, result.world.occupancy);
+  }
+  bound(held_, result.world.occupancy);
+  const CellPlaces places{
+      grid_in_vehicle(vehicle_grid_, world_from_vehicle), {window.x_min_m, window.y_min_m}, window.cell_size_m};
+  for (int iy{0}; iy < vehicle_grid_.ny; ++iy) {
+    float* const row{result.vehicle.occupancy.row(iy)};
+    for (int ix{0}; ix < vehicle_grid_.nx; ++ix) {
+      const int x{static_cast<int>(places.x_of(ix, iy))};
+      const int y{static_cast<int>(places.y_of(ix, iy))};
+      row[ix] = std::max(row[ix], least_filtered(held_(x, y)));
     }
-  };
-  bound(vehicle_rules_, result.vehicle.occupancy);
-  bound(window_rules_, result.world.occupancy);
+  }
 }
 
 void FrameTerrain::clear(FrameResult& result) {

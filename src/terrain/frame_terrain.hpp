@@ -33,19 +33,29 @@ class FrameTerrain {
 
   /// Edges of the last find(), from left to right.
   [[nodiscard]] std::span<const EdgePoint> edges() const { return edges_; }
-  /// Raises the filtered occupancy where the last find() has seen edges, obstacles, or nothing behind an edge.
-  void bound_filtered(FrameResult& result) const;
+  /// Raises the filtered occupancy where the last find() has seen edges, obstacles, or nothing behind an edge, and
+  /// where a frame before has seen an edge or obstacle and none since ground. `is_usable`: false: the last find() is
+  /// ignored.
+  void bound_filtered(const Pose2& world_from_vehicle, bool is_usable, FrameResult& result);
+  /// Clears the hazards of frames before.
+  void reset() { held_.fill(CellRule::as_observed); }
   /// Marks all cells of `result` as unseen.
   static void clear(FrameResult& result);
   /// Rules of the last find().
   [[nodiscard]] TerrainRules rules() const { return {terrain_.relief(), vehicle_rules_.view(), window_rules_.view()}; }
+  template <class State>
+  void exchange(State& state) {
+    state(held_, held_x_m_, held_y_m_);
+  }
   [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(terrain_, edges_, vehicle_rules_, window_rules_);
+    return held_bytes_of(terrain_, edges_, vehicle_rules_, window_rules_, held_, moved_);
   }
 
  private:
   void write_vehicle(const GridInVehicle& grid, int begin, int end, FrameResult& result);
   void write_window(const GridInVehicle& grid, int begin, int end);
+  void move_held(const GridGeometry& window);
+  void hold();
 
   GridGeometry vehicle_grid_;
   float raised_m_;    ///< drivable ground higher than this looks like an obstacle to the plane
@@ -54,6 +64,10 @@ class FrameTerrain {
   std::vector<EdgePoint> edges_;
   Image<CellRule> vehicle_rules_;
   Image<CellRule> window_rules_;
+  Image<CellRule> held_;   ///< hazards of the window's cells; as_observed: none
+  Image<CellRule> moved_;  ///< working memory
+  double held_x_m_{0};     ///< origin of that window
+  double held_y_m_{0};
 };
 
 }  // namespace stereogrid

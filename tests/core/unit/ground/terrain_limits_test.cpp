@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "filter/filter.hpp"
 #include "terrain/frame_terrain.hpp"
 #include "terrain/rules.hpp"
 #include "terrain_walk.hpp"
@@ -99,19 +101,37 @@ TEST(CellRules, BoundTheObservedOccupancy) {
   }
 }
 
-/// The stage of a frame with a height field ahead.
+/// The stage of frames with a height field ahead.
 struct FrameOf {
-  explicit FrameOf(const HeightField& height) : terrain{vehicle.rig, config(), vehicle.grid, 8} {
+  explicit FrameOf(const HeightField& height) {
     const GridGeometry& grid{vehicle.grid};
-    FrameResult result;
     result.elevation_m = result.elevation_sigma_m = Image<float>{grid.nx, grid.ny};
     result.terrain = Image<TerrainClass>{grid.nx, grid.ny};
+    see(disparity_of(vehicle.rig, height));
+  }
+  void see(const Image<float>& disparity) {
     Ground ground;
     ground.height_m = vehicle.rig.camera_height_m;
     const Image<float> none{vehicle.rig.width_px, vehicle.rig.height_px};
     const auto in_order = [](int count, const auto& work) { work(0, count); };
-    terrain.find(disparity_of(vehicle.rig, height).view(), none.view(), ground, grid_in_vehicle({0, 0, 0.2, 8, 8}, {}),
-                 in_order, result);
+    terrain.find(disparity.view(), none.view(), ground, grid_in_vehicle(window.at(pose), inverse(pose)), in_order,
+                 result);
+  }
+  /// Highest filtered occupancy at x in front of the vehicle, if the filter has only seen free cells.
+  float filtered_at(double x, bool is_usable = true) {
+    result.vehicle = grid_layers(vehicle.grid);
+    result.world = grid_layers(window.at(pose));
+    terrain.bound_filtered(pose, is_usable, result);
+    float highest{0};
+    for (const double near : {x - 0.2, x, x + 0.2}) {
+      const Point2 world{pose * Point2{near, 0}};
+      const GridGeometry& grid{result.world.geometry};
+      const float there{result.world.occupancy(static_cast<int>((world.x - grid.x_min_m) / grid.cell_size_m),
+                                               static_cast<int>((world.y - grid.y_min_m) / grid.cell_size_m))};
+      highest = std::max(
+          {highest, std::min(there, result.vehicle.occupancy(static_cast<int>(near / 0.2), vehicle.grid.ny / 2))});
+    }
+    return highest;
   }
   static Config config() {
     Config config;
@@ -123,7 +143,10 @@ struct FrameOf {
   }
 
   Vehicle vehicle{car()};
-  FrameTerrain terrain;
+  Window window{vehicle.grid};
+  FrameTerrain terrain{vehicle.rig, config(), vehicle.grid, window.cells()};
+  Pose2 pose{};
+  FrameResult result;
 };
 
 TEST(Terrain, RaisedGroundIsFreeAndLevelGroundAsObserved) {
@@ -138,6 +161,20 @@ TEST(Terrain, EdgesHaveTheVisibleFall) {
   for (const EdgePoint& edge : frame.terrain.edges()) {
     EXPECT_NEAR(edge.place.x, 4, 0.4);
     EXPECT_NEAR(edge.fall_m, 0.25, 0.1);
+  }
+}
+
+// On the way to an edge or a kerb, which the vehicle passes after it has seen them once.
+TEST(Terrain, HazardsStayUntilGroundIsSeenThere) {
+  for (const auto& [rise_m, least] : {std::pair{-0.25f, 0.7f}, std::pair{0.3f, 0.6f}}) {
+    FrameOf frame{step(4, rise_m)};
+    EXPECT_EQ(frame.filtered_at(4), least);
+    frame.pose = {1.1, 0.3, 0.1};
+    frame.see(Image<float>{frame.vehicle.rig.width_px, frame.vehicle.rig.height_px});
+    EXPECT_EQ(frame.filtered_at(2.9), least) << "no ground is seen";
+    frame.see(disparity_of(frame.vehicle.rig, ramp(5, 0)));
+    EXPECT_EQ(frame.filtered_at(2.9, false), least) << "the frame is rejected";
+    EXPECT_EQ(frame.filtered_at(2.9), 0) << "drivable ground";
   }
 }
 
