@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <cmath>
 
 #include "filter/filter.hpp"
 
@@ -10,6 +11,8 @@ namespace {
 /// Factor of the odds of a cell that the frame does not show, with free ground beside it.
 /// Chosen on B to E, odometry 04 and raw 0009, as those below: ratio of the true odds to the filter's.
 constexpr float hidden_beside_ground{0.25f};
+/// Distance from the vehicle's origin up to which that is 1, m: there, obstacles leave the image.
+constexpr double leaving_m{6};
 /// The same at the border of an obstacle that the frame shows: beside ground and a cell with more than border_odds
 /// times its odds. Matching windows and noise widen obstacles by about a cell.
 constexpr float shown_at_border{0.5f};
@@ -43,13 +46,13 @@ Around around(View<const float> observed, int x, int y) {
 }
 
 // Factor of the odds of a cell with that occupancy, above ½.
-float factor_of(float observed, Around around, float occupancy) {
+float factor_of(float observed, Around around, float occupancy, Point2 place) {
   if (is_known(observed)) {
     const bool is_border{around.has_ground &&
                          around.most * (1 - observed) > border_odds * observed * (1 - around.most)};
     return is_border ? shown_at_border : 1;
   }
-  if (around.has_ground) return hidden_beside_ground;
+  if (around.has_ground) return std::hypot(place.x, place.y) > leaving_m ? hidden_beside_ground : 1;
   return occupancy > hidden_min ? hidden_inside : 1;
 }
 
@@ -62,7 +65,8 @@ void correct_by_frame(View<const float> observed, int begin, int end, GridLayers
       float& occupancy{filtered.occupancy(x, y)};
       float& moving{filtered.moving(x, y)};
       if (occupancy > 0.5f) {
-        const float weighed{factor_of(observed(x, y), around(observed, x, y), occupancy) * occupancy};
+        const Point2 place{filtered.geometry.centre(x, y)};
+        const float weighed{factor_of(observed(x, y), around(observed, x, y), occupancy, place) * occupancy};
         occupancy = std::max(weighed / (weighed + 1 - occupancy), 0.5f);
         moving = std::min(moving, occupancy);
       } else if (is_known(observed(x, y)) || moving > covered_min) {

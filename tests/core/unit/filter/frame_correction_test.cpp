@@ -19,11 +19,11 @@ struct Corrected {
 };
 
 // The middle cell of 5 × 5, observed as `here`, the rows below it as `below`, the others as `beside`.
-Corrected corrected(float here, float beside, float below, float occupancy, float moving = 0) {
+Corrected corrected(float here, float beside, float below, float occupancy, float moving = 0, double x_min_m = 8) {
   Image<float> observed{5, 5, beside};
   for (int y{0}; y < 2; ++y) std::fill_n(observed.row(y), 5, below);
   observed(2, 2) = here;
-  GridLayers layers{grid_layers({0, 0, 0.2, 5, 5})};
+  GridLayers layers{grid_layers({x_min_m, 0, 0.2, 5, 5})};
   layers.occupancy(2, 2) = occupancy;
   layers.moving(2, 2) = moving;
   correct_by_frame(observed.view(), 0, 5, layers);
@@ -38,6 +38,7 @@ TEST(CorrectByFrame, LowersTheOddsOfObstaclesBesideGround) {
   EXPECT_FLOAT_EQ(corrected(hidden, free_p, shown, 0.9f).occupancy, after_factor(0.9f, 0.25f));
   EXPECT_FLOAT_EQ(corrected(hidden, free_p, free_p, 0.7f).occupancy, 0.5f) << "never free";
   EXPECT_FLOAT_EQ(corrected(free_p, free_p, free_p, 0.7f).occupancy, 0.7f) << "the filter has seen that itself";
+  EXPECT_FLOAT_EQ(corrected(hidden, free_p, shown, 0.9f, 0, 4).occupancy, 0.9f) << "it has left the image";
 }
 
 TEST(CorrectByFrame, LowersThoseAtTheBorderOfAnObstacleThatTheFrameShows) {
