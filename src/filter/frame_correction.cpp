@@ -24,21 +24,19 @@ constexpr float hidden_min{0.6f};
 /// Moving mass of a cell that a moving obstacle covers in part.
 constexpr float covered_min{0.2f};
 
-bool is_ground(float observed) {
-  return is_known(observed) && observed < 0.5f;
-}
-
 // The frame's cells around one, itself included.
 struct Around {
-  bool has_ground{false};
+  float least{1};
   float most{0};
+
+  [[nodiscard]] bool has_ground() const { return is_known(least) && least < 0.5f; }
 };
 
 Around around(View<const float> observed, int x, int y) {
   Around cells;
   for (int ay{std::max(y - 1, 0)}; ay <= std::min(y + 1, observed.height - 1); ++ay) {
     for (int ax{std::max(x - 1, 0)}; ax <= std::min(x + 1, observed.width - 1); ++ax) {
-      cells.has_ground = cells.has_ground || is_ground(observed(ax, ay));
+      cells.least = std::min(cells.least, observed(ax, ay));
       cells.most = std::max(cells.most, observed(ax, ay));
     }
   }
@@ -48,11 +46,11 @@ Around around(View<const float> observed, int x, int y) {
 // Factor of the odds of a cell with that occupancy, above ½.
 float factor_of(float observed, Around around, float occupancy, Point2 place) {
   if (is_known(observed)) {
-    const bool is_border{around.has_ground &&
+    const bool is_border{around.has_ground() &&
                          around.most * (1 - observed) > border_odds * observed * (1 - around.most)};
     return is_border ? shown_at_border : 1;
   }
-  if (around.has_ground) return std::hypot(place.x, place.y) > leaving_m ? hidden_beside_ground : 1;
+  if (around.has_ground()) return std::hypot(place.x, place.y) > leaving_m ? hidden_beside_ground : 1;
   return occupancy > hidden_min ? hidden_inside : 1;
 }
 
@@ -60,16 +58,19 @@ float factor_of(float observed, Around around, float occupancy, Point2 place) {
 
 void correct_by_frame(View<const float> observed, int begin, int end, GridLayers& filtered) {
   for (int y{begin}; y < end; ++y) {
+    const float* const seen{observed.row(y)};
+    float* const occupancies{filtered.occupancy.row(y)};
+    float* const movings{filtered.moving.row(y)};
     for (int x{0}; x < observed.width; ++x) {
-      if (is_ground(observed(x, y))) continue;
-      float& occupancy{filtered.occupancy(x, y)};
-      float& moving{filtered.moving(x, y)};
+      float& occupancy{occupancies[x]};
+      const bool is_shown{is_known(seen[x])};
+      if (is_shown ? seen[x] < 0.5f : !is_known(occupancy)) continue;
       if (occupancy > 0.5f) {
         const Point2 place{filtered.geometry.centre(x, y)};
-        const float weighed{factor_of(observed(x, y), around(observed, x, y), occupancy, place) * occupancy};
+        const float weighed{factor_of(seen[x], around(observed, x, y), occupancy, place) * occupancy};
         occupancy = std::max(weighed / (weighed + 1 - occupancy), 0.5f);
-        moving = std::min(moving, occupancy);
-      } else if (is_known(observed(x, y)) || moving > covered_min) {
+        movings[x] = std::min(movings[x], occupancy);
+      } else if (is_shown || movings[x] > covered_min) {
         occupancy = 0.5f;
       }
     }
