@@ -16,8 +16,9 @@ constexpr float reconnect_share{0.3f};  ///< relative to the range
 constexpr int passage_end_rings{1};     ///< rings behind the edge of a narrow passage, for its noise
 constexpr float passage_width{0.4f};    ///< width of ground that leads past an edge, in heights of the vehicle
 constexpr float slope_memory_m{0.8f};
-constexpr float far_px{14};           ///< wrong matches look like edges more often at smaller disparities
-constexpr float slope_base_rings{4};  ///< distance over which slope_max counts
+constexpr float far_px{14};            ///< wrong matches look like edges more often at smaller disparities
+constexpr float lone_obstacle_px{10};  ///< the same for obstacles in two sectors
+constexpr float slope_base_rings{4};   ///< distance over which slope_max counts
 
 class Walk {
  public:
@@ -64,7 +65,9 @@ class Walk {
     return static_cast<float>(sector_ * sector_px) <
            in_.camera.focal_baseline_pxm / view_.begin_m + in_.window_rows / 2;
   }
-  [[nodiscard]] bool is_far() const { return in_.camera.focal_baseline_pxm < far_px * view_.x; }
+  [[nodiscard]] bool is_beyond(float disparity_px) const {
+    return in_.camera.focal_baseline_pxm < disparity_px * view_.x;
+  }
   const WalkInput& in_;
   int sector_;
   const SectorRows& rows_;
@@ -118,7 +121,7 @@ void Walk::set_obstacle(const RingSamples& samples) {
   walk_.is_block_confirmed = false;
   // wrong matches hang in the air, or lie at the image's border
   const bool is_on_seen_ground{samples.is_standing && state_.x >= in_.rings.begin_m(0)};
-  walk_.block_confirmations = is_on_seen_ground && !is_far() ? 0 : 2;
+  walk_.block_confirmations = !is_on_seen_ground || is_beyond(lone_obstacle_px) ? 2 : is_beyond(far_px) ? 1 : 0;
 }
 
 // Distance of two samples on the present surface, and at least two rings.
@@ -234,7 +237,7 @@ void Walk::end_at(GapKind kind, float mark_x, int seen, float fall_m) {
   // the surface before the image may have any height
   walk_.end_kind = state_.x < in_.rings.begin_m(0) ? GapKind::unknown : kind;
   walk_.end_fall_m = fall_m;
-  walk_.end_confirmations = is_far() ? 4 : 3;
+  walk_.end_confirmations = is_beyond(far_px) ? 4 : 3;
 }
 
 void Walk::step() {
