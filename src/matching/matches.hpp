@@ -2,10 +2,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+#include <cstring>
+
 #include "held_bytes.hpp"
+#include "host_device.hpp"
 #include "stereogrid/image.hpp"
 
 namespace stereogrid {
+
+/// Obstacle disparity of an ambiguous pixel: textured, but another disparity costs as little. Equal to 0, none.
+constexpr float ambiguous_px{-0.0f};
+
+STEREOGRID_HD inline bool is_ambiguous(float obstacle) {
+  std::uint32_t bits{0};
+  std::memcpy(&bits, &obstacle, sizeof(bits));
+  return bits == 1U << 31;
+}
 
 /// Result of `match`: two disparity images (px, 0 = none); no pixel has both.
 struct Matches {

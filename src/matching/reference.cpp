@@ -127,9 +127,11 @@ class Decider final : public CandidateSink {
       const bool consistent{right_u >= 0 && right_u < left_.width &&
                             std::abs(winner(claimant[static_cast<std::size_t>(right_u)]).whole - winner(u).whole) <=
                                 config_.left_right_px};
-      const bool accepted{consistent && winner(u).is_plausible && is_textured(left_, u, v, config_)};
+      const bool textured{is_textured(left_, u, v, config_)};
+      const bool accepted{consistent && winner(u).is_plausible && textured};
+      const float unmatched{winner(u).is_ambiguous && textured ? ambiguous_px : 0};
       matches_.road(u, v) = accepted && winner(u).is_road ? winner(u).disparity : 0;
-      matches_.obstacle(u, v) = accepted && !winner(u).is_road ? winner(u).disparity : 0;
+      matches_.obstacle(u, v) = accepted && !winner(u).is_road ? winner(u).disparity : unmatched;
       matches_.confidence(u, v) = accepted ? single_numbers::confidence_of(winner(u).evidence) : 0;
     }
   }

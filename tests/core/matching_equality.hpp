@@ -64,6 +64,9 @@ inline void expect_equal(const MatchRun& expected, const MatchRun& actual) {
   EXPECT_EQ(differences(expected.upright, actual.upright), 0);
   EXPECT_EQ(differences(expected.level, actual.level), 0);
   EXPECT_EQ(count_differences(expected.matches.obstacle, actual.matches.obstacle), 0);
+  for (std::size_t i{0}; i < expected.matches.obstacle.size(); ++i) {
+    ASSERT_EQ(is_ambiguous(expected.matches.obstacle.data()[i]), is_ambiguous(actual.matches.obstacle.data()[i])) << i;
+  }
   EXPECT_EQ(count_differences(expected.matches.road, actual.matches.road), 0);
   EXPECT_EQ(count_differences(expected.matches.confidence, actual.matches.confidence), 0);
 }

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <random>
 #include <sstream>
@@ -112,7 +113,10 @@ inline int differences(const Image<Candidate>& expected, const Image<FoundLabel>
 }
 
 inline void check_same(const Matches& expected, Cuda& cuda, const DeviceMatches& found) {
-  CHECK_EQUAL(differences(expected.obstacle, fetched(cuda, found.obstacle)), 0);
+  const Image<float> obstacle{fetched(cuda, found.obstacle)};
+  CHECK_EQUAL(differences(expected.obstacle, obstacle), 0);
+  CHECK(std::equal(expected.obstacle.begin(), expected.obstacle.end(), obstacle.begin(),
+                   [](float a, float b) { return is_ambiguous(a) == is_ambiguous(b); }));
   CHECK_EQUAL(differences(expected.road, fetched(cuda, found.road)), 0);
   CHECK_EQUAL(differences(expected.confidence, fetched(cuda, found.confidence)), 0);
 }

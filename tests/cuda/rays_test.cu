@@ -23,7 +23,8 @@ TEST(rays_are_those_of_the_reference) {
     for (int v{0}; v < height; ++v) {
       for (int u{0}; u < width; ++u) {
         const float d{static_cast<float>(random.between(0.1, disparities + 3.0))};
-        if (random.happens(0.8)) (random.happens(0.5) ? matches.road : matches.obstacle)(u, v) = d;
+        if (random.happens(0.6)) matches.obstacle(u, v) = ambiguous_px;
+        if (random.happens(0.3)) (random.happens(0.5) ? matches.road : matches.obstacle)(u, v) = d;
       }
     }
     UDisparityConfig config;

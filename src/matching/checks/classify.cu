@@ -33,12 +33,20 @@ __device__ Winner winner_at(const Decision& task, const RoadRow& road, int u, in
                    task.disparities, task.subpixel, task.confidences);
 }
 
+__device__ bool is_textured(const Decision& task, int u, int v) {
+  return task.textured.data == nullptr || task.textured(u, v) != 0;
+}
+
+__device__ float unmatched(const Decision& task, const Winner& winner, int u, int v) {
+  return winner.is_ambiguous && is_textured(task, u, v) ? ambiguous_px : 0.0f;
+}
+
 __device__ void accept(const Decision& task, const Winner& winner, int claimed_whole, int u, int v) {
   const int off{claimed_whole - winner.whole};
   const bool consistent{(off < 0 ? -off : off) <= task.left_right_px};
-  const bool accepted{consistent && winner.is_plausible && (task.textured.data == nullptr || task.textured(u, v) != 0)};
+  const bool accepted{consistent && winner.is_plausible && is_textured(task, u, v)};
   task.road(u, v) = accepted && winner.is_road ? winner.disparity : 0.0f;
-  task.obstacle(u, v) = accepted && !winner.is_road ? winner.disparity : 0.0f;
+  task.obstacle(u, v) = accepted && !winner.is_road ? winner.disparity : unmatched(task, winner, u, v);
   task.confidence(u, v) = accepted ? single_numbers::confidence_of(winner.evidence) : 0.0f;
 }
 
@@ -66,7 +74,8 @@ __global__ void __launch_bounds__(threads) decide_rows(Decision task) {
       if (place >= 0 && place < places) {
         accept(task, winner, static_cast<std::int16_t>(claims[place] & 0xffffu), u, v);
       } else if (first == 0 && (u < winner.whole || u - winner.whole >= width)) {
-        task.road(u, v) = task.obstacle(u, v) = task.confidence(u, v) = 0.0f;
+        task.road(u, v) = task.confidence(u, v) = 0.0f;
+        task.obstacle(u, v) = unmatched(task, winner, u, v);
       }
     }
     __syncthreads();

@@ -7,6 +7,7 @@
 // after foreach_target
 #include "hwy/highway.h"
 #include "matching/checks/classify_simd.hpp"
+#include "matching/matches.hpp"
 #include "numbers_simd.hpp"
 
 #include <algorithm>
@@ -41,6 +42,9 @@ IntVector load(const std::int16_t* values) {
   const hn::Rebind<std::int16_t, Ints> d16;
   return hn::PromoteTo(d32, hn::LoadU(d16, values));
 }
+
+/// Marks ambiguous pixels, which have no confidence.
+constexpr float evidence_of_ambiguous{-1e9f};
 
 template <class Vector>
 struct CandidateVectors {
@@ -123,7 +127,8 @@ HWY_NOINLINE void find_winners(const DecideRow& of_row, ClassifySpace& space) {
     const auto rank = hn::Or(hn::ShiftLeft<16>(winner.cost), hn::And(winner.whole, set(65535)));
     hn::StoreU(place, d32, places + u);
     hn::StoreU(rank, d32, ranks + u);
-    hn::StoreU(winner.evidence, df, evidence + u);
+    const auto is_ambiguous = condition(winner.disparity, hn::And(winner.is_ambiguous, textured));
+    hn::StoreU(hn::IfThenElse(is_ambiguous, hn::Set(df, evidence_of_ambiguous), winner.evidence), df, evidence + u);
     const auto sign = hn::IfThenElseZero(is_road, hn::Set(df, -0.0f));
     hn::StoreU(hn::IfThenElseZero(is_good, hn::Xor(winner.disparity, sign)), df, labelled + u);
     place_0 = hn::Add(place_0, set(lanes));
@@ -144,8 +149,10 @@ HWY_INLINE void write_results(int left_right_px, int u, const ClassifySpace& spa
   const auto is_consistent = hn::RebindMask(df, hn::Lt(difference, hn::Set(d32, left_right_px + 1)));
   const auto labelled = hn::IfThenElseZero(is_consistent, hn::LoadU(df, space.labelled.data() + u));
   const auto upright = hn::Max(labelled, hn::Zero(df));
-  const auto sure = confidence_of(hn::LoadU(df, space.evidence.data() + u));
-  hn::StoreU(upright, df, obstacle + u);
+  const auto evidence = hn::LoadU(df, space.evidence.data() + u);
+  const auto is_ambiguous = hn::Eq(evidence, hn::Set(df, evidence_of_ambiguous));
+  const auto sure = confidence_of(evidence);
+  hn::StoreU(hn::Or(upright, hn::IfThenElseZero(is_ambiguous, hn::Set(df, ambiguous_px))), df, obstacle + u);
   hn::StoreU(hn::Sub(upright, labelled), df, on_road + u);
   hn::StoreU(hn::IfThenZeroElse(hn::Eq(labelled, hn::Zero(df)), sure), df, confidence + u);
 }

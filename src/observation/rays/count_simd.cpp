@@ -59,7 +59,7 @@ class RayCounter {
     }
   }
 
-  HWY_INLINE void run() {
+  HWY_INLINE AmbiguousPixels run() {
     for (int v{0}; v < space_.height; ++v) {
       const float* const obstacle{matches_.obstacle.row(v) + begin_};
       const float* const road{matches_.road.row(v) + begin_};
@@ -68,6 +68,7 @@ class RayCounter {
       });
     }
     for (int i{0}; i < columns_; ++i) counts_[unused_[i]] = 0;
+    return ambiguous_;
   }
 
  private:
@@ -95,6 +96,9 @@ class RayCounter {
   }
 
   HWY_INLINE void add(int v, int column, VFloat obstacle, VFloat road) {
+    const VInt signs{hn::BroadcastSignBit(hn::BitCast(Ints{}, obstacle))};
+    std::int32_t* const ambiguous{ambiguous_.data() + column};
+    hn::StoreU(hn::Sub(hn::LoadU(Ints{}, ambiguous), signs), Ints{}, ambiguous);
     const auto is_obstacle = hn::Gt(obstacle, hn::Zero(Floats{}));
     const VFloat disparity{hn::IfThenElse(is_obstacle, obstacle, road)};
     const auto is_matched = hn::Gt(disparity, hn::Zero(Floats{}));
@@ -159,13 +163,14 @@ class RayCounter {
   PackedRays* counts_;
   int columns_;
   bool is_even_{true};  ///< all pixels of a row have one RayRow
+  AmbiguousPixels ambiguous_{};
   HWY_ALIGN std::int32_t unused_[ray_block_columns];
   const RayRow* rows_[ray_block_columns];          ///< row 0 of a column, on the plane
   const std::int16_t* raised_[ray_block_columns];  ///< rows by bin
 };
 
-void CountRayBlock(const Matches& matches, int begin, int end, RaySpace& space) {
-  RayCounter{matches, begin, end, space}.run();
+AmbiguousPixels CountRayBlock(const Matches& matches, int begin, int end, RaySpace& space) {
+  return RayCounter{matches, begin, end, space}.run();
 }
 
 }  // namespace
@@ -178,8 +183,8 @@ namespace stereogrid {
 
 HWY_EXPORT(CountRayBlock);
 
-void count_ray_block(const Matches& matches, int begin, int end, RaySpace& space) {
-  HWY_DYNAMIC_DISPATCH(CountRayBlock)(matches, begin, end, space);
+AmbiguousPixels count_ray_block(const Matches& matches, int begin, int end, RaySpace& space) {
+  return HWY_DYNAMIC_DISPATCH(CountRayBlock)(matches, begin, end, space);
 }
 
 }  // namespace stereogrid

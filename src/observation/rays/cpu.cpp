@@ -57,9 +57,11 @@ void count_rays(Cpu& cpu, const Matches& matches, const Rig& rig, const Ground& 
     for (int block{first}; block < last; ++block) {
       const int begin{block * ray_block_columns};
       const int end{std::min(begin + ray_block_columns, space.width)};
-      count_ray_block(matches, begin, end, space);
-      for (int u{begin}; u < end; ++u)
+      const AmbiguousPixels ambiguous{count_ray_block(matches, begin, end, space)};
+      for (int u{begin}; u < end; ++u) {
         std::partial_sum(space.sums.row(u + 1), space.sums.row(u + 1) + space.bins + 1, space.sums.row(u + 1));
+        if (ambiguous[static_cast<std::size_t>(u - begin)] >= least_ambiguous) space.stop_at_pattern(matches, u);
+      }
     }
   });
   cpu.for_ranges(space.bins + 1, sum_bins, [&](int begin, int end) { sum_columns(begin, end, space); });

@@ -78,6 +78,20 @@ __global__ void sum_bins(PackedRays* sums, int columns, int bins) {
   sum_line(sums + u * bins, u < columns ? bins : 0, 1, static_cast<int>(threadIdx.x), shares[threadIdx.y]);
 }
 
+// RaySpace::stop_at_pattern. A thread per column.
+__global__ void stop_at_patterns(Counting counting, MatchViews matches) {
+  const int u{static_cast<int>(blockIdx.x * threads + threadIdx.x)};
+  if (u >= matches.road.width) return;
+  const auto row = [&](int v) -> const RayRow& {
+    const RayRow* const on_plane{counting.rows + v + counting.margin - counting.shift[u]};
+    if (counting.relief.is_plane()) return *on_plane;
+    return on_plane[counting.relief.rows_at(u, static_cast<float>(on_plane->first) / ray_bins_per_px)];
+  };
+  const int bins{opaque_bins(
+      matches.road.height, *counting.upright, [&](int v) { return matches.obstacle(u, v); }, row)};
+  stop_rays(bins, counting.sums + (u + 1) * (counting.bins + 1));
+}
+
 // Sums over the columns of a bin; neighbouring threads read neighbouring bins.
 __global__ void sum_columns(PackedRays* sums, int columns, int bins) {
   __shared__ PackedRays shares[lines][line_threads];
@@ -123,11 +137,12 @@ void count_rays(Cuda& cuda, const MatchViews& matches, const Rig& rig, const Gro
          Placement{config.obstacle_height_m, config.obstacle_min_height_m, rig.cx_px, config.follow_roll}, rig, ground,
          space.width, rows, space.margin, space.bins, space.shift.data(), space.rows.data(), space.upright.data());
   clear(cuda, space.sums.data(), space.sums.size());
-  launch(cuda, count_pixels, blocks_of(space.width, space.height), dim3{block_width, block_height}, 0,
-         Counting{space.relief_view(), space.shift.data(), space.rows.data(), space.upright.data(), space.sums.data(),
-                  space.margin, space.bins},
+  const Counting counting{space.relief_view(), space.shift.data(), space.rows.data(), space.upright.data(),
+                          space.sums.data(),   space.margin,       space.bins};
+  launch(cuda, count_pixels, blocks_of(space.width, space.height), dim3{block_width, block_height}, 0, counting,
          matches);
   launch(cuda, sum_bins, blocks_for(columns, lines), dim3{line_threads, lines}, 0, space.sums.data(), columns, bins);
+  launch(cuda, stop_at_patterns, blocks_for(space.width, threads), threads, 0, counting, matches);
   launch(cuda, sum_columns, blocks_for(bins, lines), dim3{lines, line_threads}, 0, space.sums.data(), columns, bins);
 }
 

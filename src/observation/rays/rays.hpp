@@ -29,6 +29,16 @@ struct RaySpace {
     const int raised{relief.is_plane() ? 0 : relief.rows_at(u, disparity)};
     return rows[static_cast<std::size_t>(v + margin - shift[static_cast<std::size_t>(u)] + raised)];
   }
+  /// Entry of a pixel of the ground.
+  [[nodiscard]] const RayRow& ground_row(int u, int v) const {
+    const RayRow& on_plane{rows[static_cast<std::size_t>(v + margin - shift[static_cast<std::size_t>(u)])]};
+    return row(u, v, static_cast<float>(on_plane.first) / ray_bins_per_px);
+  }
+  /// Stops the rays of column u, summed over its bins, at the foot of a repeating pattern.
+  void stop_at_pattern(const Matches& matches, int u) {
+    const auto pixel = [&](int v) { return matches.obstacle(u, v); };
+    stop_rays(opaque_bins(height, upright, pixel, [&](int v) { return ground_row(u, v); }), sums.row(u + 1));
+  }
   [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(shift, rows, sums); }
 
   int width;

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "backend/reference.hpp"
 
+#include <numeric>
+
 #include "observation/rays/rays.hpp"
 
 namespace stereogrid {
@@ -18,10 +20,11 @@ void count_rays(Reference&, const Matches& matches, const Rig& rig, const Ground
                 [&](int bin, PackedRays rays) { space.sums(bin + 1, u + 1) += rays; });
     }
   }
-  for (int u{1}; u <= space.width; ++u) {
-    for (int k{1}; k <= space.bins; ++k) {
-      space.sums(k, u) += space.sums(k, u - 1) + space.sums(k - 1, u) - space.sums(k - 1, u - 1);
-    }
+  for (int u{0}; u < space.width; ++u) {
+    PackedRays* const sums{space.sums.row(u + 1)};
+    std::partial_sum(sums, sums + space.bins + 1, sums);
+    space.stop_at_pattern(matches, u);
+    for (int k{0}; k <= space.bins; ++k) sums[k] += space.sums(k, u);
   }
 }
 

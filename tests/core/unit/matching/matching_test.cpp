@@ -85,6 +85,20 @@ TEST(Matching, LeavesTheLeftBorderEmpty) {
   EXPECT_LT(wrong, 0.05 * shift * height);
 }
 
+TEST(Matching, MarksPixelsOfARepeatingPattern) {
+  Image<std::uint8_t> image{width, height};
+  for (int v{0}; v < height; ++v) {
+    for (int u{0}; u < width; ++u) image(u, v) = static_cast<std::uint8_t>(u % 10 < 5 ? 80 : 160);
+  }
+  Cpu cpu{1};
+  const MatchRun run{cpu, image, image, no_road, permissive_config()};
+  for (int v{0}; v < height; ++v) {
+    for (int u{40}; u < width - 10; ++u) ASSERT_EQ(run.matches.obstacle(u, v), 0);
+  }
+  EXPECT_TRUE(is_ambiguous(run.matches.obstacle(80, 40)));
+  EXPECT_FALSE(is_ambiguous(0.0f));
+}
+
 TEST(Matching, DisparityZeroIsNoMeasurement) {
   const Texture texture{3};
   Cpu cpu{1};

@@ -103,6 +103,22 @@ TEST(Rays, APersonHalfHiddenIsFound) {
   EXPECT_LT(at(cells, 9.5, 0.1), 0.5f);  // seen through, between them
 }
 
+// A carton 10 m ahead whose pattern repeats: rays pass over it to a wall, and without its ambiguous pixels through it.
+TEST(Rays, NothingIsSeenThroughARepeatingPattern) {
+  Matches matches{empty_road()};
+  put_wall(60, 141, 4, 3, matches);
+  const auto cells_with = [&](float pixel) {
+    put_wall(80, 121, 10, 1.2, matches);
+    for (float& d : matches.obstacle) d = d == 10 ? pixel : d;
+    return cells_of(matches);
+  };
+  EXPECT_LT(at(cells_with(0), 10.3, 0.1), 0.2f) << "nothing matched";
+  const Image<float> cells{cells_with(ambiguous_px)};
+  for (const double x : {10.1, 10.3, 12.1, 18.1}) EXPECT_GE(at(cells, x, 0.1), 0.5f) << x;
+  EXPECT_LT(at(cells, 8.1, 0.1), 0.1f) << "in front of it";
+  EXPECT_LT(at(cells, 12.1, 1.9), 0.2f) << "beside it";
+}
+
 TEST(Rays, LeftOfTheImageIsLeftOfTheCar) {
   Matches matches{empty_road()};
   put_wall(40, 60, 10, 1.5, matches);  // y = (100 − 50)·0.25/10 = 1.25 m
@@ -227,7 +243,8 @@ TEST(RaysEquality, CpuEqualsReference) {
             0,
             0};
     const Ground ground{rig.camera_height_m, uniform(generator, -0.1, 0.1), uniform(generator, -0.2, 0.2), true};
-    const Matches matches{random_matches(width, height, generator)};
+    Matches matches{random_matches(width, height, generator)};
+    for (float& d : matches.obstacle) d = d == 0 && uniform(generator, 0, 1) < 0.7 ? ambiguous_px : d;
     UDisparityConfig config;
     config.follow_roll = round % 2 == 0;
     Cpu cpu{1 + round % 3};
