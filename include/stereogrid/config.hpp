@@ -31,13 +31,12 @@ struct GridConfig {
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
-    visit(Parameter{"length_m", "m", 1, 500, "Length of the grid ahead of the camera."}, self.length_m);
-    visit(Parameter{"width_m", "m", 1, 500, "Width of the grid, half of it to each side."}, self.width_m);
-    visit(Parameter{"cell_size_m", "m", 0.02, 5, "Side of a square cell."}, self.cell_size_m);
+    visit({"length_m", "m", 1, 500, "Length of the grid ahead of the camera."}, self.length_m);
+    visit({"width_m", "m", 1, 500, "Width of the grid, half of it to each side."}, self.width_m);
+    visit({"cell_size_m", "m", 0.02, 5, "Side of a square cell."}, self.cell_size_m);
   }
 };
 
-/// Method of stereo matching.
 enum class MatchingMethod { correlation, semi_global };
 constexpr std::array<std::string_view, 2> names_of(MatchingMethod) {
   return {"correlation", "semi_global"};
@@ -59,47 +58,40 @@ struct MatchingConfig {
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
-    visit(Parameter{"method", "", 0, 1,
-                    "correlation: windows as in the paper; semi_global: both hypotheses optimised along paths."},
+    visit({"method", "", 0, 1,
+           "correlation: windows as in the paper; semi_global: both hypotheses optimised along paths."},
           self.method);
-    visit(Parameter{"align_rows", "", 0, 1, "Estimate and correct the vertical misalignment of the right image."},
+    visit({"align_rows", "", 0, 1, "Estimate and correct the vertical misalignment of the right image."},
           self.align_rows);
-    visit(
-        Parameter{
-            "disparities", "px", 0, 256,
-            "Number of disparities searched, from 0. 0: automatic, at least 64, a tenth of the image's width, and "
-            "those of the road in view."},
-        self.disparities);
-    visit(Parameter{"window_px", "px", 3, 41, "Side of the square correlation window, odd."}, self.window_px);
-    visit(Parameter{"uniqueness", "", 0, 1,
-                    "Reject a match unless every other disparity costs more by this share of its cost."},
+    visit({"disparities", "px", 0, 256,
+           "Number of disparities searched, from 0. 0: automatic, at least 64, a tenth of the image's width, and "
+           "those of the road in view."},
+          self.disparities);
+    visit({"window_px", "px", 3, 41, "Side of the square correlation window, odd."}, self.window_px);
+    visit({"uniqueness", "", 0, 1, "Reject a match unless every other disparity costs more by this share of its cost."},
           self.uniqueness);
-    visit(
-        Parameter{
-            "texture", "grey levels", 0, 255,
-            "Correlation: reject a match where the window's mean horizontal contrast |L(u+1) − L(u−1)| is below this."},
-        self.texture);
-    visit(Parameter{"cost_limit", "", 0, 1,
-                    "Correlation: reject a match whose cost exceeds this share of the maximum cost. "
-                    "Unrelated image regions reach 0.4."},
+    visit({"texture", "grey levels", 0, 255,
+           "Correlation: reject a match where the window's mean horizontal contrast |L(u+1) − L(u−1)| is below this."},
+          self.texture);
+    visit({"cost_limit", "", 0, 1,
+           "Correlation: reject a match whose cost exceeds this share of the maximum cost. "
+           "Unrelated image regions reach 0.4."},
           self.cost_limit);
-    visit(Parameter{"left_right_px", "px", 0, 255,
-                    "Reject a match if a cheaper one claims its pixel in the right image with a disparity that differs "
-                    "by more."},
+    visit({"left_right_px", "px", 0, 255,
+           "Reject a match if a cheaper one claims its pixel in the right image with a disparity that differs "
+           "by more."},
           self.left_right_px);
-    visit(Parameter{"speckle_px", "px", 0, 100000, "Remove connected patches of fewer obstacle pixels; 0: keep all."},
+    visit({"speckle_px", "px", 0, 100000, "Remove connected patches of fewer obstacle pixels; 0: keep all."},
           self.speckle_px);
-    visit(Parameter{"road_speckle_px", "px", 0, 100000, "Remove connected patches of fewer road pixels; 0: keep all."},
+    visit({"road_speckle_px", "px", 0, 100000, "Remove connected patches of fewer road pixels; 0: keep all."},
           self.road_speckle_px);
-    visit(Parameter{"subpixel", "", 0, 1, "Refine disparities between the integers on the winner's cost curve."},
-          self.subpixel);
-    visit(Parameter{"external_sigma_px", "px", 0, 10,
-                    "External disparities: standard deviation. Pixels within two of the ground plane are road."},
+    visit({"subpixel", "", 0, 1, "Refine disparities between the integers on the winner's cost curve."}, self.subpixel);
+    visit({"external_sigma_px", "px", 0, 10,
+           "External disparities: standard deviation. Pixels within two of the ground plane are road."},
           self.external_sigma_px);
   }
 };
 
-/// Form of the ground.
 enum class GroundModel { plane, terrain };
 constexpr std::array<std::string_view, 2> names_of(GroundModel) {
   return {"plane", "terrain"};
@@ -114,17 +106,14 @@ struct GroundConfig {
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
-    visit(Parameter{"model", "", 0, 1,
-                    "plane: pixels above the ground plane are obstacles; terrain: steps, slopes and edges are found, "
-                    "cells are free where the vehicle can drive."},
+    visit({"model", "", 0, 1,
+           "plane: pixels above the ground plane are obstacles; terrain: steps, slopes and edges are found, "
+           "cells are free where the vehicle can drive."},
           self.model);
-    visit(Parameter{"estimate", "", 0, 1, "Estimate the ground plane in every frame; off: use the calibration."},
-          self.estimate);
-    visit(Parameter{"height_gate_m", "m", 0, 2, "Maximum deviation from the calibrated camera height."},
-          self.height_gate_m);
-    visit(Parameter{"pitch_gate_deg", "deg", 0, 20, "Maximum deviation from the calibrated pitch."},
-          self.pitch_gate_deg);
-    visit(Parameter{"roll_gate_deg", "deg", 0, 20, "Maximum deviation from the calibrated roll."}, self.roll_gate_deg);
+    visit({"estimate", "", 0, 1, "Estimate the ground plane in every frame; off: use the calibration."}, self.estimate);
+    visit({"height_gate_m", "m", 0, 2, "Maximum deviation from the calibrated camera height."}, self.height_gate_m);
+    visit({"pitch_gate_deg", "deg", 0, 20, "Maximum deviation from the calibrated pitch."}, self.pitch_gate_deg);
+    visit({"roll_gate_deg", "deg", 0, 20, "Maximum deviation from the calibrated roll."}, self.roll_gate_deg);
   }
 };
 
@@ -136,12 +125,12 @@ struct UDisparityConfig {
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
-    visit(Parameter{"obstacle_height_m", "m", 0.2, 10, "Height h of the volume that must be free (eq. 9)."},
+    visit({"obstacle_height_m", "m", 0.2, 10, "Height h of the volume that must be free (eq. 9)."},
           self.obstacle_height_m);
-    visit(Parameter{"obstacle_min_height_m", "m", 0, 2,
-                    "Minimum height of obstacle pixels above the road; lower ones count in N_V, not in N_O."},
+    visit({"obstacle_min_height_m", "m", 0, 2,
+           "Minimum height of obstacle pixels above the road; lower ones count in N_V, not in N_O."},
           self.obstacle_min_height_m);
-    visit(Parameter{"follow_roll", "", 0, 1, "Tilt the rows of a bin with the roll of the road."}, self.follow_roll);
+    visit({"follow_roll", "", 0, 1, "Tilt the rows of a bin with the roll of the road."}, self.follow_roll);
   }
 };
 
@@ -154,12 +143,11 @@ struct VehicleConfig {
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
-    visit(Parameter{"step_max_m", "m", 0.01, 1, "Largest step that the vehicle climbs or descends."}, self.step_max_m);
-    visit(Parameter{"slope_max_deg", "deg", 1, 45, "Steepest slope that the vehicle drives on."}, self.slope_max_deg);
-    visit(Parameter{"height_m", "m", 0.1, 10, "Clearance: pixels higher above the ground are no obstacle."},
-          self.height_m);
-    visit(Parameter{"drop_slope_deg", "deg", 0.5, 45,
-                    "A gap with lower ground behind it is a drop where the line of sight is steeper than this."},
+    visit({"step_max_m", "m", 0.01, 1, "Largest step that the vehicle climbs or descends."}, self.step_max_m);
+    visit({"slope_max_deg", "deg", 1, 45, "Steepest slope that the vehicle drives on."}, self.slope_max_deg);
+    visit({"height_m", "m", 0.1, 10, "Clearance: pixels higher above the ground are no obstacle."}, self.height_m);
+    visit({"drop_slope_deg", "deg", 0.5, 45,
+           "A gap with lower ground behind it is a drop where the line of sight is steeper than this."},
           self.drop_slope_deg);
   }
 };
@@ -185,27 +173,26 @@ struct PaperConfig {
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
-    visit(Parameter{"false_positive", "", 0.001, 0.4, "P_FP of eq. 5."}, self.false_positive);
-    visit(Parameter{"false_negative", "", 0.001, 0.4, "P_FN of eq. 6."}, self.false_negative);
-    visit(Parameter{"tau_obstacle", "", 0.001, 10, "tau_O of eq. 13: the filled share of a column that counts."},
+    visit({"false_positive", "", 0.001, 0.4, "P_FP of eq. 5."}, self.false_positive);
+    visit({"false_negative", "", 0.001, 0.4, "P_FN of eq. 6."}, self.false_negative);
+    visit({"tau_obstacle", "", 0.001, 10, "tau_O of eq. 13: the filled share of a column that counts."},
           self.tau_obstacle);
-    visit(Parameter{"tau_road", "", 0.001, 10, "tau_R of eq. 15."}, self.tau_road);
-    visit(Parameter{"sigma_disparity", "px", 0, 5, "Standard deviation of the smoothing along disparity; 0: none."},
+    visit({"tau_road", "", 0.001, 10, "tau_R of eq. 15."}, self.tau_road);
+    visit({"sigma_disparity", "px", 0, 5, "Standard deviation of the smoothing along disparity; 0: none."},
           self.sigma_disparity);
-    visit(Parameter{"sigma_column", "px", 0, 20, "Standard deviation of the smoothing along columns; 0: none."},
+    visit({"sigma_column", "px", 0, 20, "Standard deviation of the smoothing along columns; 0: none."},
           self.sigma_column);
-    visit(Parameter{"road_rays", "", 0, 1,
-                    "none: only obstacle pixels are rays (the paper); visible: road pixels are rays that passed."},
+    visit({"road_rays", "", 0, 1,
+           "none: only obstacle pixels are rays (the paper); visible: road pixels are rays that passed."},
           self.road_rays);
-    visit(Parameter{"small_count_guard", "px", 0, 50, "Added to N_V in r_O so that a lone outlier is no obstacle."},
+    visit({"small_count_guard", "px", 0, 50, "Added to N_V in r_O so that a lone outlier is no obstacle."},
           self.small_count_guard);
-    visit(Parameter{"left_border", "", 0, 1,
-                    "Leave bins unknown that the right camera cannot see (u below disparity + half a window)."},
+    visit({"left_border", "", 0, 1,
+           "Leave bins unknown that the right camera cannot see (u below disparity + half a window)."},
           self.left_border);
   }
 };
 
-/// Model of the cells' probability.
 enum class ProjectionModel { bins, rays };
 constexpr std::array<std::string_view, 2> names_of(ProjectionModel) {
   return {"bins", "rays"};
@@ -216,9 +203,9 @@ struct ProjectionConfig {
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
-    visit(Parameter{"model", "", 0, 1,
-                    "bins: the largest probability of the u-disparity bins that touch a cell (eq. 16); rays: a fitted "
-                    "model of the rays that end in a cell, around it, and behind it."},
+    visit({"model", "", 0, 1,
+           "bins: the largest probability of the u-disparity bins that touch a cell (eq. 16); rays: a fitted "
+           "model of the rays that end in a cell, around it, and behind it."},
           self.model);
   }
 };
@@ -228,8 +215,8 @@ struct FusionConfig {
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
-    visit(Parameter{"stereo_confidence", "", 0, 1,
-                    "Confidence in the stereo grid in frames with grids of other sources; 0: stereo is not used."},
+    visit({"stereo_confidence", "", 0, 1,
+           "Confidence in the stereo grid in frames with grids of other sources; 0: stereo is not used."},
           self.stereo_confidence);
   }
 };
@@ -242,8 +229,7 @@ constexpr std::array<std::string_view, 2> names_of(FilterModel) {
 
 struct FilterConfig {
   FilterModel model{FilterModel::joint};
-  std::vector<double> speeds_mps{1.25, 2.52, 3.94,
-                                 5.75, 8.34, 12.2};  // steps fine enough for pedestrians, range for cars
+  std::vector<double> speeds_mps{1.25, 2.52, 3.94, 5.75, 8.34, 12.2};  // fine enough for pedestrians, as fast as cars
   double decay_time_s{2};
   double decay_time_in_view_s{0.5};
   double velocity_noise{0.01};
@@ -253,35 +239,30 @@ struct FilterConfig {
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
-    visit(Parameter{"model", "", 0, 1, "tay2008: velocity given the cell; joint: mass of (occupied, velocity)."},
-          self.model);
-    visit(Parameter{"speeds_mps", "m/s", 0.1, 60,
-                    "Velocities of the lattice along each world axis, in both directions, ascending; 0 is added."},
+    visit({"model", "", 0, 1, "tay2008: velocity given the cell; joint: mass of (occupied, velocity)."}, self.model);
+    visit({"speeds_mps", "m/s", 0.1, 60,
+           "Velocities of the lattice along each world axis, in both directions, ascending; 0 is added."},
           self.speeds_mps);
-    visit(Parameter{"decay_time_s", "s", 0.05, 1000, "Time constant of the decay of unobserved cells to unknown."},
+    visit({"decay_time_s", "s", 0.05, 1000, "Time constant of the decay of unobserved cells to unknown."},
           self.decay_time_s);
-    visit(Parameter{"decay_time_in_view_s", "s", 0.05, 1000,
-                    "The same for cells in the camera's field of view that are not confirmed; joint only."},
+    visit({"decay_time_in_view_s", "s", 0.05, 1000,
+           "The same for cells in the camera's field of view that are not confirmed; joint only."},
           self.decay_time_in_view_s);
-    visit(
-        Parameter{
-            "velocity_noise", "", 0.0001, 0.9,
-            "Share of the dynamic mass that changes its velocity in 0.1 s. If static_prior > 0, static mass has a "
-            "tenth of it."},
-        self.velocity_noise);
-    visit(Parameter{"likelihood_exponent", "", 0.05, 1,
-                    "Exponent of a frame's likelihood, below 1 because stereo errors are correlated over time; 1: full "
-                    "evidence."},
+    visit({"velocity_noise", "", 0.0001, 0.9,
+           "Share of the dynamic mass that changes its velocity in 0.1 s. If static_prior > 0, static mass has a "
+           "tenth of it."},
+          self.velocity_noise);
+    visit({"likelihood_exponent", "", 0.05, 1,
+           "Exponent of a frame's likelihood, below 1 because stereo errors are correlated over time; 1: full "
+           "evidence."},
           self.likelihood_exponent);
-    visit(Parameter{"static_prior", "", 0, 0.99,
-                    "Static share of new mass; 0: uniform over all velocities including standstill (2008)."},
+    visit({"static_prior", "", 0, 0.99,
+           "Static share of new mass; 0: uniform over all velocities including standstill (2008)."},
           self.static_prior);
-    visit(
-        Parameter{
-            "scene_flow", "", 0, 1,
-            "Track features of obstacles in both images; their velocities are evidence for the filter (joint) and "
-            "the tracks."},
-        self.scene_flow);
+    visit({"scene_flow", "", 0, 1,
+           "Track features of obstacles in both images; their velocities are evidence for the filter (joint) and "
+           "the tracks."},
+          self.scene_flow);
   }
 };
 
@@ -291,10 +272,9 @@ struct TrackingConfig {
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
-    visit(Parameter{"confirm_frames", "frames", 1, 50, "Sightings before an obstacle counts as confirmed."},
+    visit({"confirm_frames", "frames", 1, 50, "Sightings before an obstacle counts as confirmed."},
           self.confirm_frames);
-    visit(Parameter{"coast_s", "s", 0, 10, "Time for which an unobserved track is predicted before it ends."},
-          self.coast_s);
+    visit({"coast_s", "s", 0, 10, "Time for which an unobserved track is predicted before it ends."}, self.coast_s);
   }
 };
 
@@ -305,10 +285,10 @@ struct MotionConfig {
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
-    visit(Parameter{"detect_jumps", "", 0, 1,
-                    "Continue with the last motion at pose jumps and shift the pose frame; off: follow the poses."},
+    visit({"detect_jumps", "", 0, 1,
+           "Continue with the last motion at pose jumps and shift the pose frame; off: follow the poses."},
           self.detect_jumps);
-    visit(Parameter{"gap_max_s", "s", 0.05, 3600, "Longer time between frames resets all state, tracks included."},
+    visit({"gap_max_s", "s", 0.05, 3600, "Longer time between frames resets all state, tracks included."},
           self.gap_max_s);
   }
 };
@@ -357,8 +337,7 @@ void visit_parameters(ConfigType& config, Visitor&& visit) {
 /// Names that preset() takes.
 [[nodiscard]] STEREOGRID_EXPORT std::vector<std::string> preset_names();
 
-/// Sets `key` ("group.name") from text. Throws ConfigError: unknown key (with the nearest known one), text that is no
-/// value.
+/// Sets `key` ("group.name") from text. Throws ConfigError: unknown key, text that is no value.
 STEREOGRID_EXPORT void set(Config& config, std::string_view key, std::string_view text);
 
 /// Value of `key` as text for `set`.
