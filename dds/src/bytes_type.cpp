@@ -5,7 +5,6 @@
 #include <dds/ddsi/q_radmin.h>
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <cstdio>
 #include <cstring>

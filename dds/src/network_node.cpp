@@ -3,10 +3,8 @@
 #include "network_node.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cstring>
 #include <map>
-#include <span>
 #include <utility>
 
 namespace stereogrid::dds {

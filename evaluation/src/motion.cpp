@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereogrid/evaluation/motion.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 

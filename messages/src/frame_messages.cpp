@@ -6,7 +6,6 @@
 #include <array>
 #include <cctype>
 #include <cstdio>
-#include <utility>
 
 #include "fill/fill.hpp"
 #include "outlet.hpp"

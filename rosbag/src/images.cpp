@@ -5,9 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <limits>
-#include <map>
 
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/ros_image.hpp"

@@ -9,7 +9,6 @@
 #include <array>
 #include <fstream>
 #include <sstream>
-#include <string_view>
 #include <system_error>
 
 #include "batch/sha256.hpp"

@@ -12,7 +12,6 @@
 #include <optional>
 #include <string>
 #include <utility>
-#include <variant>
 
 #include "cli/commands.hpp"
 #include "cli/console.hpp"

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <utility>
 
 #include "ros2/ros2_input.hpp"
 #include "stereogrid/capture/gstreamer.hpp"

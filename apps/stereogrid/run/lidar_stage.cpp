@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run/lidar_stage.hpp"
 
-#include <utility>
-
 #include "stereogrid/error.hpp"
 #include "stereogrid/evaluation/lidar_grid.hpp"
 

@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run_folder/description_json.hpp"
 
-#include <utility>
-
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/config_file.hpp"
 #include "stereogrid/pipeline.hpp"

@@ -5,8 +5,6 @@
 #include <fmt/format.h>
 #include <sqlite3.h>
 
-#include <utility>
-
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/text.hpp"
 

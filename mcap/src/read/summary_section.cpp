@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <optional>
-#include <utility>
 
 #include "crc.hpp"
 #include "stereogrid/error.hpp"

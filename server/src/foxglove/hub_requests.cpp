@@ -1,7 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 // What clients ask for.
-#include <utility>
 
 #include "foxglove/hub.hpp"
 #include "stereogrid/error.hpp"

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "net/network.hpp"
 
-#include <array>
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>

@@ -4,8 +4,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
 #include "input/calibration/raw_pair.hpp"
 #include "stereogrid/io/poses.hpp"
 
