@@ -56,13 +56,13 @@ STEREOGRID_HD inline Real confidence_of(Real evidence) {
   return half + half * (evidence * inverse_root(number(evidence, 1.0f) + evidence * evidence));
 }
 
-/// Whether the road is near enough for its hypothesis.
+/// Whether the road hypothesis can win: its disparity is 1 px or more.
 template <class Int>
 STEREOGRID_HD inline auto road_counts(Int road_65536) {
   return road_65536 > number(road_65536, 65535);
 }
 
-/// The candidate of one hypothesis. `Candidates`: members like Candidate's, of one type.
+/// Candidate of one of the hypotheses. `Candidates`: members like Candidate's, of one type.
 template <class Candidates, class Condition>
 STEREOGRID_HD inline Candidates chosen_of(Condition is_road, const Candidates& upright, const Candidates& level) {
   const auto best = [&](auto Candidates::*member) { return IfThenElse(is_road, level.*member, upright.*member); };
