@@ -113,7 +113,8 @@ struct ConfidenceWeights {
 
 /// Confidence model of a matcher with a maximum cost.
 struct ConfidenceModel {
-  int cost_limit;  ///< matches with a higher cost are rejected
+  int cost_limit;            ///< matches with a higher cost are rejected
+  int ambiguous_cost_limit;  ///< matches with a higher cost are not ambiguous
   float per_cost;  ///< 1 / the largest cost
   ConfidenceWeights upright;
   ConfidenceWeights road;

@@ -27,12 +27,15 @@ SpeckleSizes speckle_sizes(const MatchingConfig& config) {
 ConfidenceModel confidence_model(const MatchingConfig& config) {
   if (config.method == MatchingMethod::semi_global) {
     return {cost_max,
+            -1,
             1.0f / cost_max,
             {2.362f, -4.301f, -11.700f, 10.925f, -15.861f, -0.087f, -0.726f},
             {1.714f, -6.735f, -6.223f, 23.645f, 14.709f, 0.407f, -1.014f}};
   }
   const int most{compared_bits(config.window_px) * config.window_px * config.window_px};
-  return {static_cast<int>(config.cost_limit * most),
+  const int limit{static_cast<int>(config.cost_limit * most)};
+  return {limit,
+          config.uniqueness > 0 ? -1 : limit,  // rivals may cost more
           1.0f / static_cast<float>(most),
           {1.057f, -2.645f, -6.135f, 20.821f, 0.743f, 0.121f, -0.741f},
           {0.060f, -2.173f, -3.143f, 61.630f, 33.120f, 1.446f, -1.529f}};

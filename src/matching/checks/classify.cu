@@ -38,7 +38,8 @@ __device__ bool is_textured(const Decision& task, int u, int v) {
 }
 
 __device__ float unmatched(const Decision& task, const Winner& winner, int u, int v) {
-  return winner.is_ambiguous && is_textured(task, u, v) ? ambiguous_px : 0.0f;
+  const bool is_tied{winner.cost <= task.confidences.ambiguous_cost_limit};
+  return winner.is_ambiguous && is_tied && is_textured(task, u, v) ? ambiguous_px : 0.0f;
 }
 
 __device__ void accept(const Decision& task, const Winner& winner, int claimed_whole, int u, int v) {

@@ -127,7 +127,8 @@ HWY_NOINLINE void find_winners(const DecideRow& of_row, ClassifySpace& space) {
     const auto rank = hn::Or(hn::ShiftLeft<16>(winner.cost), hn::And(winner.whole, set(65535)));
     hn::StoreU(place, d32, places + u);
     hn::StoreU(rank, d32, ranks + u);
-    const auto is_ambiguous = condition(winner.disparity, hn::And(winner.is_ambiguous, textured));
+    const auto is_tied = hn::Lt(winner.cost, set(row.confidences.ambiguous_cost_limit + 1));
+    const auto is_ambiguous = condition(winner.disparity, hn::And(hn::And(winner.is_ambiguous, is_tied), textured));
     hn::StoreU(hn::IfThenElse(is_ambiguous, hn::Set(df, evidence_of_ambiguous), winner.evidence), df, evidence + u);
     const auto sign = hn::IfThenElseZero(is_road, hn::Set(df, -0.0f));
     hn::StoreU(hn::IfThenElseZero(is_good, hn::Xor(winner.disparity, sign)), df, labelled + u);
