@@ -24,7 +24,6 @@
 namespace {
 
 using namespace stereogrid;
-using Clock = std::chrono::steady_clock;
 using messages::nav_msgs::OccupancyGrid;
 
 std::int64_t now_ns() {

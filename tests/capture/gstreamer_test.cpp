@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereogrid/capture/gstreamer.hpp"
 
-#include <algorithm>
-
 #include "stereogrid/error.hpp"
 #include "support.hpp"
 

@@ -6,7 +6,6 @@
 // rate, 2 m/s along x; the same on /tf, and /clock. FIRST: the first stamp, s; otherwise now. WORD: compressed: images
 // are CompressedImage; halved: every other quaternion has length 0.5; shared: both cameras' CameraInfo is on one topic.
 #include <cmath>
-#include <cstdio>
 #include <vector>
 
 #include "bare_peer.hpp"

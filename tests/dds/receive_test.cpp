@@ -4,7 +4,6 @@
 // Messages of other participants, received by the node.
 #include <atomic>
 #include <stdexcept>
-#include <thread>
 
 #include "stereogrid/messages/cdr.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"

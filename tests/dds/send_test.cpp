@@ -4,7 +4,6 @@
 // Messages sent by the node, read by a bare DDS participant with its own types.
 #include <signal.h>
 
-#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <thread>
@@ -19,7 +18,6 @@ using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-using ::testing::Not;
 using ::testing::StartsWith;
 
 const std::string topic{"/stereo_grid/occupancy_grid"};

@@ -8,7 +8,6 @@
 #include <fstream>
 #include <opencv2/imgproc.hpp>
 #include <random>
-#include <vector>
 
 namespace stereogrid::io::testing {
 

@@ -8,7 +8,6 @@ namespace stereogrid::app::testing {
 namespace {
 
 using ::testing::HasSubstr;
-using ::testing::Not;
 
 /// A simulated drive on the disk.
 void simulate(const fs::path& folder, const std::string& scene, const std::string& more) {

@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // info --propose-mask: finds the vehicle's own bonnet, and nothing that merely stands still.
-#include <algorithm>
-#include <fstream>
 #include <string>
 #include <vector>
 

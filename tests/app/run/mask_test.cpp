@@ -4,7 +4,6 @@
 // --mask and the calibration's mask: what shows the vehicle itself is not used.
 #include <fstream>
 #include <string>
-#include <vector>
 
 #include "stereogrid/io/image_file.hpp"
 #include "support.hpp"

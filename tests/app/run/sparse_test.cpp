@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Runs of which only a part is written: --every, --layers.
-#include <algorithm>
 #include <cmath>
 #include <fstream>
 

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereogrid/io/calibration.hpp"
 
-#include <cmath>
 #include <limits>
 
 #include "stereogrid/io/file.hpp"

@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereogrid/io/config_file.hpp"
 
-#include <limits>
-
 #include "stereogrid/io/file.hpp"
 #include "support.hpp"
 

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereogrid/io/text.hpp"
 
-#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "stereogrid/io/json_text.hpp"

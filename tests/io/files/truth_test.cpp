@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereogrid/io/truth.hpp"
 
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "stereogrid/io/calibration.hpp"
