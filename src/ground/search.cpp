@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <numbers>
 
 #include "ground/fit.hpp"
@@ -39,13 +40,17 @@ void keep_plausible(const Rig& rig, const GroundConfig& config, std::vector<Grou
   });
 }
 
-// Samples on the plane, less those below it: planes through kerbs and obstacles have many.
+// Samples on the plane, less those below it: planes through kerbs and obstacles have many. Stops where the rest cannot
+// bring it above `least`.
 int support_of(const std::vector<GroundSample>& samples, std::size_t stride, const RoadPlane& plane,
-               double inlier_px = 1) {
+               double inlier_px = 1, int least = std::numeric_limits<int>::min()) {
   int support{0};
-  for (std::size_t i{0}; i < samples.size(); i += stride) {
+  int reachable{static_cast<int>((samples.size() + stride - 1) / stride)};
+  for (std::size_t i{0}; i < samples.size() && reachable > least; i += stride) {
     const double r{residual(plane, samples[i])};
-    support += std::abs(r) < inlier_px ? 1 : (r < -1.5 * inlier_px ? -1 : 0);
+    const int change{std::abs(r) < inlier_px ? 1 : (r < -1.5 * inlier_px ? -1 : 0)};
+    support += change;
+    reachable += change - 1;
   }
   return support;
 }
@@ -87,7 +92,7 @@ bool find_plane(const Rig& rig, const GroundConfig& config, const std::vector<Gr
     RoadPlane candidate{start};
     if (!(round % 2 == 0 ? put_through(a, b, candidate) : put_through(a, b, c, candidate))) continue;
     if (!is_within_gates(rig, config, ground_of(rig, candidate))) continue;
-    const int support{support_of(samples, stride, candidate, draws.inlier_px)};
+    const int support{support_of(samples, stride, candidate, draws.inlier_px, most)};
     if (support > most) {
       most = support;
       plane = candidate;
