@@ -25,6 +25,7 @@ constexpr float rest_alone_px{0.1f};   ///< largest rest without a long chain
 constexpr float lower_slope{1.3f};     ///< least tangent of the line of sight to lower ground, relative to drop_slope
 constexpr int chain_reach{10};         ///< sectors from one trench of a chain to the next
 constexpr int chain_rows{3};           ///< rows between their edges
+constexpr int sure_sectors{9};         ///< least length of a long chain, which is as wide as the vehicle is high
 constexpr int extension_reach{4};
 
 /// Sums of a least-squares fit; row 0 of `x`: constant, 1: row, 2: shape.
@@ -187,16 +188,18 @@ void TrenchFilter::connect(const TerrainCamera& camera, const TerrainLimits& lim
     if (!trench) continue;
     Trench* const last{beside(sector, -1, chain_reach, trench->row)};
     if (last != nullptr) last->chain = std::max(last->chain, trench->chain);
-    if (!trench->is_sure() && trench->rest_px > rest_alone_px) trench.reset();
+    const float width_m{static_cast<float>(trench->chain * sector_px) * trench->edge_x / camera.focal_px};
+    trench->is_sure = trench->chain >= sure_sectors && width_m >= limits.height_m;
+    if (!trench->is_sure && trench->rest_px > rest_alone_px) trench.reset();
   }
   Search search{0.55f, 2.2f, 60, 40, 0.15f, 0.1f};
   const auto extend = [&](int sector, int side) {
     if (at(sector)) return;
     const Trench* const other{beside(sector, -side, extension_reach, no_row)};
-    if (other == nullptr || !other->is_sure()) return;
+    if (other == nullptr || !other->is_sure) return;
     place(search, camera, limits, samples, sector);
     at(sector) = best(search, other->row + chain_rows, other->row - chain_rows);
-    if (at(sector)) at(sector)->chain = other->chain;
+    if (at(sector)) at(sector)->is_sure = true;
   };
   for (int sector{0}; sector < sectors; ++sector) extend(sector, 1);
   for (int sector{sectors - 1}; sector >= 0; --sector) extend(sector, -1);

@@ -23,9 +23,8 @@ struct Trench {
   float rest_px;
   int chain{1};  ///< number of sectors that have found it
 
-  /// Enough sectors have found it to extend it, and to ignore the noise of one sector.
-  [[nodiscard]] bool is_sure() const { return chain >= sure_chain; }
-  static constexpr int sure_chain{18};  ///< chosen as the constants of the filter
+  /// The chain is wide enough to extend it, and to ignore the noise of one sector.
+  bool is_sure{false};
 };
 
 /// Line with a fall, d = at_edge + growth·k − fall·shape(k), through a sector's rows k around an edge.

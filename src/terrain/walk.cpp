@@ -300,7 +300,7 @@ void walk_sector(const WalkInput& input, int sector, const std::optional<Trench>
     walk.trench_wall =
         std::max(input.rings.at_disparity(input.camera.focal_baseline_pxm / trench->wall_x), walk.trench);
     walk.trench_fall_m = trench->fall_m;
-    walk.is_trench_sure = trench->is_sure();
+    walk.is_trench_sure = trench->is_sure;
   }
   // the plane is the prior of the ground before the image
   walk.state.x = 0.5f * input.rings.begin_m(0);
