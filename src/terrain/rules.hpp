@@ -21,7 +21,6 @@ enum class CellRule : std::uint8_t { as_observed, ground_not_seen, not_free, fre
 constexpr float ruled_free{0.2f};
 constexpr float ruled_obstacle{0.7f};
 constexpr float ruled_edge{0.7f};
-constexpr float held_obstacle{0.6f};  ///< the same of the filtered P of an obstacle; 0.7 costs log-loss on drives
 /// P(occupied) from which on rays alone do not make a cell without ground free.
 constexpr float doubtful_free{0.2f};
 
@@ -63,8 +62,7 @@ inline void apply_rules(const CellRule* rules, int cells, float* occupancy) {
 /// from afar.
 STEREOGRID_HD inline float least_filtered(CellRule rule) {
   if (rule == CellRule::edge) return ruled_edge;
-  if (rule == CellRule::obstacle) return held_obstacle;
-  return rule == CellRule::not_free ? 0.5f : 0.0f;
+  return rule == CellRule::not_free || rule == CellRule::obstacle ? 0.5f : 0.0f;
 }
 
 /// The ground of a frame and the rules of its grids; empty: none.

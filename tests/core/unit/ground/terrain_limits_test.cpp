@@ -166,7 +166,7 @@ TEST(Terrain, EdgesHaveTheVisibleFall) {
 
 // On the way to an edge or a kerb, which the vehicle passes after it has seen them once.
 TEST(Terrain, HazardsStayUntilGroundIsSeenThere) {
-  for (const auto& [rise_m, least] : {std::pair{-0.25f, 0.7f}, std::pair{0.3f, 0.6f}}) {
+  for (const auto& [rise_m, least] : {std::pair{-0.25f, 0.7f}, std::pair{0.3f, 0.5f}}) {
     FrameOf frame{step(4, rise_m)};
     EXPECT_EQ(frame.filtered_at(4), least);
     frame.pose = {1.1, 0.3, 0.1};
