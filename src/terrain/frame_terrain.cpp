@@ -134,16 +134,33 @@ void FrameTerrain::bound_filtered(const Pose2& world_from_vehicle, bool is_usabl
     bound(vehicle_rules_, result.vehicle.occupancy);
     bound(window_rules_, result.world.occupancy);
   }
-  bound(held_, result.world.occupancy);
+  bound_held(world_from_vehicle, result);
+}
+
+// Hazards are few: each one raises its cell and the cells of the vehicle's grid whose centres lie in it.
+void FrameTerrain::bound_held(const Pose2& world_from_vehicle, FrameResult& result) const {
+  const GridGeometry& window{result.world.geometry};
+  const GridInVehicle window_in_vehicle{grid_in_vehicle(window, inverse(world_from_vehicle))};
   const CellPlaces places{
       grid_in_vehicle(vehicle_grid_, world_from_vehicle), {window.x_min_m, window.y_min_m}, window.cell_size_m};
-  for (int iy{0}; iy < vehicle_grid_.ny; ++iy) {
-    float* const row{result.vehicle.occupancy.row(iy)};
-    for (int ix{0}; ix < vehicle_grid_.nx; ++ix) {
-      const int x{static_cast<int>(places.x_of(ix, iy))};
-      const int y{static_cast<int>(places.y_of(ix, iy))};
-      row[ix] = std::max(row[ix], least_filtered(held_(x, y)));
+  const auto vehicle_cell = [&](double from_m) { return static_cast<int>(std::floor(from_m / window.cell_size_m)); };
+  const auto raise = [&](int x, int y, float least) {
+    result.world.occupancy(x, y) = std::max(result.world.occupancy(x, y), least);
+    const Point2 at{window_in_vehicle.centre(x, y)};
+    const int near_x{vehicle_cell(at.x - vehicle_grid_.x_min_m)};
+    const int near_y{vehicle_cell(at.y - vehicle_grid_.y_min_m)};
+    for (int iy{std::max(near_y - 1, 0)}; iy <= std::min(near_y + 1, vehicle_grid_.ny - 1); ++iy) {
+      for (int ix{std::max(near_x - 1, 0)}; ix <= std::min(near_x + 1, vehicle_grid_.nx - 1); ++ix) {
+        if (static_cast<int>(places.x_of(ix, iy)) != x || static_cast<int>(places.y_of(ix, iy)) != y) continue;
+        result.vehicle.occupancy(ix, iy) = std::max(result.vehicle.occupancy(ix, iy), least);
+      }
     }
+  };
+  for (int y{0}; y < held_.height(); ++y) {
+    for_cells(held_.row(y), held_.width(), [&](int begin, int end, CellRule rule) {
+      if (rule == CellRule::as_observed) return;
+      for (int x{begin}; x < end; ++x) raise(x, y, least_filtered(rule));
+    });
   }
 }
 

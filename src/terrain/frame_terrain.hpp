@@ -56,6 +56,7 @@ class FrameTerrain {
   void write_window(const GridInVehicle& grid, int begin, int end);
   void move_held(const GridGeometry& window);
   void hold();
+  void bound_held(const Pose2& world_from_vehicle, FrameResult& result) const;
 
   GridGeometry vehicle_grid_;
   float raised_m_;    ///< drivable ground higher than this looks like an obstacle to the plane
