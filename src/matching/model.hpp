@@ -115,7 +115,7 @@ struct ConfidenceWeights {
 struct ConfidenceModel {
   int cost_limit;            ///< matches with a higher cost are rejected
   int ambiguous_cost_limit;  ///< matches with a higher cost are not ambiguous
-  float per_cost;  ///< 1 / the largest cost
+  float per_cost;            ///< 1 / the largest cost
   ConfidenceWeights upright;
   ConfidenceWeights road;
 };
