@@ -30,6 +30,18 @@ def sums_of(counts: np.ndarray) -> np.ndarray:
     return np.pad(counts.cumsum(0).cumsum(1), ((1, 0), (1, 0)))
 
 
+def opaque_bins(ambiguous: np.ndarray, drop: np.ndarray, first: np.ndarray, bottom: float) -> int:
+    """As opaque_bins() of src/observation/rays: bins of a column that a repeating pattern hides."""
+    for v in np.flatnonzero(ambiguous)[::-1]:
+        if not drop[v] > 0:
+            break
+        begin = np.searchsorted(drop, 2 * bottom * first[v] / BINS_PER_PX - drop[v])
+        count = np.count_nonzero(ambiguous[begin:v + 1])
+        if count >= 8 and 3 * count >= v + 1 - begin:
+            return first[v + 6 if v + 6 < len(first) else v] + 1
+    return 0
+
+
 def count_rays(stages, frame: dict, rig: dict, heights: tuple) -> dict:
     """As count_rays() of src/rays."""
     obstacle, road = stages["obstacle_disparity"], stages["road_disparity"]
@@ -51,9 +63,14 @@ def count_rays(stages, frame: dict, rig: dict, heights: tuple) -> dict:
         k = np.minimum((places[chosen] * BINS_PER_PX).astype(int), bins)
         return np.bincount(k * columns + column[chosen], minlength=(bins + 1) * columns).reshape(-1, columns)[:bins]
 
+    arriving = np.pad(histogram(disparity > 0, np.maximum(disparity, first)).cumsum(0), ((1, 0), (0, 0)))
+    ambiguous = (obstacle == 0) & np.signbit(obstacle)
+    bin_of_road = np.minimum(first * BINS_PER_PX, bins).astype(int)
+    for u in np.flatnonzero(np.count_nonzero(ambiguous, 0)):
+        arriving[:opaque_bins(ambiguous[:, u], drop[:, u], bin_of_road[:, u], height - heights[0]), u] = 0
     upright = (obstacle > 0) & (drop >= top * obstacle) & (drop <= (height - heights[0]) * obstacle)
     return {"ending": sums_of(histogram(upright, obstacle)),
-            "arriving": sums_of(histogram(disparity > 0, np.maximum(disparity, first))),
+            "arriving": np.pad(arriving.cumsum(1), ((0, 0), (1, 0))),
             "road": sums_of(histogram((road > 0) & ~(obstacle > 0), road))}
 
 
