@@ -38,8 +38,7 @@ Input open_scene(const InputOptions& options) {
       !options.depth.empty() || !options.layout.empty()) {
     throw ConfigError{"A built-in scene brings its own images, calibration and poses: give it alone."};
   }
-  auto scene{
-      std::make_unique<scenes::Scene>(scenes::parse_scene(io::printable(options.paths.front(), std::string::npos)))};
+  auto scene{std::make_unique<scenes::Scene>(scenes::parse_scene(options.paths.front()))};
   Input input;
   if (!options.mask.empty()) input.mask = io::read_mask(options.mask, scene->rig().width_px, scene->rig().height_px);
   input.scene = scene.get();

@@ -20,6 +20,7 @@
 #include "connect/assets.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
+#include "stereogrid/io/json_text.hpp"
 
 namespace stereogrid::app::batch {
 namespace {
@@ -65,7 +66,7 @@ std::string shell_quoted(const std::string& word) {
 
 /// A string for the language of a template. Those of JSON are strings of YAML and Python, too.
 std::string quoted_for(const std::string& file, const std::string& text) {
-  return file.ends_with(".sh") ? shell_quoted(text) : Json(text).dump();
+  return file.ends_with(".sh") ? shell_quoted(text) : io::json_text(Json(text));
 }
 
 /// Replaces @NAME@, and @NAME:DEFAULT@ by DEFAULT where the value is empty. Throws ConfigError: a value is missing.

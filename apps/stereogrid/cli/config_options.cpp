@@ -29,8 +29,7 @@ void add_config_options(CLI::App& command, ConfigOptions& options) {
 Config config_from(const ConfigOptions& options) {
   Config config{preset(options.preset)};
   if (!options.file.empty()) io::load_config(options.file, config);
-  for (const std::string& given : options.settings) {
-    const std::string setting{io::printable(given, std::string::npos)};  // a complaint may quote it
+  for (const std::string& setting : options.settings) {
     const std::size_t equals{setting.find('=')};
     if (equals == std::string::npos) {
       throw ConfigError{fmt::format("--set {}: give KEY=VALUE, such as grid.length_m=30.", setting)};

@@ -12,6 +12,7 @@
 
 #include <CLI/CLI.hpp>
 #include <csignal>
+#include <cstddef>
 #include <exception>
 #include <filesystem>
 #include <memory>
@@ -25,12 +26,26 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/pipeline.hpp"
+#include "stereogrid/printable.hpp"
 
 namespace stereogrid::app {
 namespace {
 
+constexpr std::size_t longest_message{16'384};
+
+/// To stderr. Lines may quote names of files and topics.
+class PrintableLog final : public spdlog::sinks::stderr_color_sink_mt {
+ public:
+  void log(const spdlog::details::log_msg& message) override {
+    const std::string text{printable_lines({message.payload.data(), message.payload.size()}, longest_message)};
+    spdlog::details::log_msg shown{message};
+    shown.payload = text;
+    ansicolor_stderr_sink::log(shown);
+  }
+};
+
 void set_up_log() {
-  auto log{std::make_shared<spdlog::logger>("stereogrid", std::make_shared<spdlog::sinks::stderr_color_sink_mt>())};
+  auto log{std::make_shared<spdlog::logger>("stereogrid", std::make_shared<PrintableLog>())};
   // on a terminal a line first wipes the progress bar that stands there
   const bool terminal{isatty(STDERR_FILENO) == 1};
   log->set_pattern(terminal ? "\r\033[K%^%l%$: %v" : "%l: %v");
@@ -38,7 +53,8 @@ void set_up_log() {
 }
 
 int complain(const char* name, int exit_code, const std::string& message) {
-  tell_on_stderr("{}{}: {}\n", isatty(STDERR_FILENO) == 1 ? "\r\033[K" : "", name, message);
+  tell_on_stderr("{}{}: {}\n", isatty(STDERR_FILENO) == 1 ? "\r\033[K" : "", name,
+                 printable_lines(message, longest_message));
   return exit_code;
 }
 

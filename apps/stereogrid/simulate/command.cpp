@@ -16,7 +16,6 @@
 #include "cli/option_checks.hpp"
 #include "cli/progress.hpp"
 #include "stereogrid/error.hpp"
-#include "stereogrid/io/text.hpp"
 #include "stereogrid/io/truth.hpp"
 #include "stereogrid/scenes/scene.hpp"
 
@@ -34,7 +33,7 @@ struct Options {
 };
 
 scenes::SceneOptions scene_options(const Options& options) {
-  scenes::SceneOptions scene{scenes::parse_scene(io::printable(options.scene, std::string::npos))};
+  scenes::SceneOptions scene{scenes::parse_scene(options.scene)};
   scene.frames = options.frames.value_or(scene.frames);
   scene.seed = options.seed.value_or(scene.seed);
   scene.width_px = options.width_px.value_or(scene.width_px);

@@ -2,70 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereogrid/io/text.hpp"
 
-#include <fmt/format.h>
-
-#include <cstdint>
-#include <limits>
-
 namespace stereogrid::io {
-namespace {
-
-struct Range {
-  std::uint8_t first, last;
-  [[nodiscard]] bool holds(std::uint8_t byte) const { return byte >= first && byte <= last; }
-};
-
-/// First bytes of characters of several bytes (RFC 3629); the others are 80 … BF.
-struct Form {
-  Range lead, second;
-  std::size_t bytes;
-};
-constexpr Form forms[]{{{0xc2, 0xdf}, {0x80, 0xbf}, 2}, {{0xe0, 0xe0}, {0xa0, 0xbf}, 3},
-                       {{0xe1, 0xec}, {0x80, 0xbf}, 3}, {{0xed, 0xed}, {0x80, 0x9f}, 3},
-                       {{0xee, 0xef}, {0x80, 0xbf}, 3}, {{0xf0, 0xf0}, {0x90, 0xbf}, 4},
-                       {{0xf1, 0xf3}, {0x80, 0xbf}, 4}, {{0xf4, 0xf4}, {0x80, 0x8f}, 4}};
-
-std::uint8_t byte_at(std::string_view text, std::size_t i) {
-  return static_cast<std::uint8_t>(text[i]);
-}
-
-/// Bytes of the character that the text begins with; 0: none that may be shown.
-std::size_t bytes_of_character(std::string_view text) {
-  const std::uint8_t lead{byte_at(text, 0)};
-  if (lead < 0x80) return lead >= 0x20 && lead != 0x7f ? 1 : 0;
-  for (const Form& form : forms) {
-    if (!form.lead.holds(lead)) continue;
-    if (text.size() < form.bytes || !form.second.holds(byte_at(text, 1))) return 0;
-    for (std::size_t i{2}; i < form.bytes; ++i) {
-      if (!Range{0x80, 0xbf}.holds(byte_at(text, i))) return 0;
-    }
-    const bool is_control{lead == 0xc2 && byte_at(text, 1) < 0xa0};  // U+0080 … U+009F: some terminals obey them
-    return is_control ? 0 : form.bytes;
-  }
-  return 0;
-}
-
-}  // namespace
-
-std::string printable(std::string_view text, std::size_t longest_bytes) {
-  std::string shown;
-  while (!text.empty()) {
-    const std::size_t bytes{bytes_of_character(text)};
-    const std::string character{bytes > 0 ? std::string{text.substr(0, bytes)}
-                                          : fmt::format("\\x{:02X}", byte_at(text, 0))};
-    if (shown.size() + character.size() > longest_bytes) return shown + "…";
-    shown += character;
-    text.remove_prefix(bytes > 0 ? bytes : 1);
-  }
-  return shown;
-}
 
 std::string frame_name(std::string_view text) {
-  return printable(text, std::numeric_limits<std::size_t>::max());
+  return printable(text, std::string::npos);
 }
 
 std::string printable_path(const std::filesystem::path& path) {
-  return printable(path.native(), std::numeric_limits<std::size_t>::max());
+  return printable(path.native(), std::string::npos);
 }
 
 }  // namespace stereogrid::io

@@ -87,6 +87,7 @@ TEST(ExitCodes, WrongUsageIs64) {
                                {{"fly"}, "fly"},
                                {{"run", "scene:empty"}, "--out"},
                                {{"run", "scene:empty", "--out", out, "--frobnicate"}, "--frobnicate"},
+                               {{"run", "scene:empty", "--out", out, "--no\xff"}, R"(--no\xFF)"},
                                {{"run", "scene:empty", "--out", out, "--device", "abacus"}, "abacus"},
                                {{"run", "scene:empty", "--out", out, "--device", "cuda:first"}, "cuda:1"},
                                {{"run", "scene:empty", "--out", out, "--device", "cuda:-1"}, "cuda:1"},

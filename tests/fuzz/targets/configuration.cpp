@@ -4,7 +4,6 @@
 
 #include "stereogrid/config.hpp"
 #include "stereogrid/io/config_file.hpp"
-#include "stereogrid/io/text.hpp"
 #include "targets.hpp"
 
 namespace stereogrid::fuzz {
@@ -35,7 +34,7 @@ void settings(Bytes input) {
   std::string_view lines{text_of(input)};
   Config config;
   while (!lines.empty()) {
-    const std::string line{io::printable(lines.substr(0, lines.find('\n')), std::string::npos)};  // as the tool does
+    const std::string_view line{lines.substr(0, lines.find('\n'))};
     lines.remove_prefix(std::min(lines.find('\n'), lines.size() - 1) + 1);
     const std::size_t equals{std::min(line.find('='), line.size())};
     accepts([&] { set_from(config, line.substr(0, equals), line.substr(std::min(equals + 1, line.size()))); });

@@ -4,15 +4,13 @@
 
 #include <algorithm>
 
-#include "stereogrid/io/text.hpp"
 #include "targets.hpp"
 
 namespace stereogrid::fuzz {
 
 void scene(Bytes input) {
-  const std::string text{io::printable(text_of(input), std::string::npos)};  // as the tool does
   scenes::SceneOptions options;
-  if (!accepts([&] { options = scenes::parse_scene(text); })) return;
+  if (!accepts([&] { options = scenes::parse_scene(text_of(input)); })) return;
   // larger images are only slower
   options.width_px = std::min(options.width_px, 24);
   options.height_px = std::min(options.height_px, 16);

@@ -2,19 +2,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
 #include <filesystem>
 #include <string>
 #include <string_view>
 
 #include "stereogrid/export.hpp"
+#include "stereogrid/printable.hpp"
 
 namespace stereogrid::io {
 
-/// Text from outside as it may stand in a message, a file or on a terminal: valid UTF-8 without control characters
-/// stays as it is, every other byte becomes \xNN. Longer than `longest_bytes`: cut off between two characters, with
-/// "…".
-[[nodiscard]] STEREOGRID_EXPORT std::string printable(std::string_view text, std::size_t longest_bytes = 200);
+using stereogrid::printable;
 
 /// The name of a frame from that of its file, or from a list of names: printable and whole.
 [[nodiscard]] STEREOGRID_EXPORT std::string frame_name(std::string_view text);
