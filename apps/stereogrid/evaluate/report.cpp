@@ -27,7 +27,7 @@ std::string text_of(const std::vector<server::Asset>& assets, std::string_view p
 
 void write_report(const std::filesystem::path& path, const nlohmann::ordered_json& evaluation) {
   std::string data{io::json_text(evaluation)};
-  replace_all(data, "</", "<\\/");  // a name must not end the script element
+  replace_all(data, "<", "\\u003c");  // a name must neither end the script element nor begin another
   const auto viewer{viewer_assets()};
   const auto report{report_assets()};
   std::string page{text_of(report, "/page.html")};
