@@ -13,7 +13,8 @@ void describe(CLI::App& tool, int& exit_code) {
   tool.description("Stereo camera in, probabilistic occupancy grid with velocities out.");
   tool.footer(
       "INPUT is a KITTI odometry sequence, a KITTI raw drive, a plain folder (left/ right/ calibration.yaml),\n"
-      "LEFT.png RIGHT.png with --calibration, or a built-in scene such as 'scene:street?frames=60&seed=3'.\n\n"
+      "a ROS 2 bag, a video of both cameras, LEFT RIGHT (images or videos) with --calibration, or a built-in scene\n"
+      "such as 'scene:street?frames=60&seed=3'. docs/input.md lists all kinds.\n\n"
       "Exit codes: 0 done, 64 wrong usage, 65 bad input, 70 internal error, 75 try again (disk full, device missing,\n"
       "input unavailable, folder locked by another stereogrid); 129, 130, 143 stopped by a closed terminal, Ctrl-C or\n"
       "kill: frames are complete, continue with --resume; 141 output closed, as by '| head'.\n\n"
