@@ -16,15 +16,13 @@ namespace stereogrid::test {
 
 /// Camera of the staged scenes: f·b = 56 px·m. With 64 disparities, surfaces nearer than 0.9 m cannot be matched.
 inline Rig staged_rig() {
-  Rig rig;
-  rig.width_px = 320;
-  rig.height_px = 200;
-  rig.focal_px = 256;
-  rig.cx_px = 160;
-  rig.cy_px = 100;
-  rig.baseline_m = 0.22;
-  rig.camera_height_m = 1.25;
-  return rig;
+  return {.width_px = 320,
+          .height_px = 200,
+          .focal_px = 256,
+          .cx_px = 160,
+          .cy_px = 100,
+          .baseline_m = 0.22,
+          .camera_height_m = 1.25};
 }
 
 /// A drive whose poses are chosen frame by frame, at 10 Hz unless set otherwise.

@@ -147,13 +147,7 @@ TEST(speckles) {
 }
 
 TEST(given_disparities) {
-  Rig rig;
-  rig.width_px = 67;
-  rig.height_px = 45;
-  rig.focal_px = 90;
-  rig.cx_px = 32.5;
-  rig.cy_px = 12.25;
-  rig.baseline_m = 0.4;
+  Rig rig{.width_px = 67, .height_px = 45, .focal_px = 90, .cx_px = 32.5, .cy_px = 12.25, .baseline_m = 0.4};
   Ground ground{1.5, 0.02, -0.01};
   check_given(rig, ground);
   ground.height_sigma_m = 0.05;

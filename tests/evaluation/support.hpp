@@ -13,15 +13,13 @@ namespace stereogrid::evaluation::testing {
 
 /// Level camera 1.64 m high, one column per centimetre at 1 m: u = 100 − 100·y/x.
 inline Rig small_rig() {
-  Rig rig;
-  rig.width_px = 201;
-  rig.height_px = 101;
-  rig.focal_px = 100;
-  rig.cx_px = 100;
-  rig.cy_px = 50;
-  rig.baseline_m = 0.5;
-  rig.camera_height_m = 1.64;
-  return rig;
+  return {.width_px = 201,
+          .height_px = 101,
+          .focal_px = 100,
+          .cx_px = 100,
+          .cy_px = 50,
+          .baseline_m = 0.5,
+          .camera_height_m = 1.64};
 }
 
 /// A line of metre cells straight ahead, from 0 to `cells`.

@@ -17,15 +17,13 @@ using evaluation::testing::values_of;
 
 /// f·b = 100 px·m: a wall of disparity d stands at x = 100/d m. The camera has the pitch `pitch_rad`.
 inline Rig hundred_rig() {
-  Rig rig;
-  rig.width_px = 241;
-  rig.height_px = 161;
-  rig.focal_px = 200;
-  rig.cx_px = 120;
-  rig.cy_px = 60;
-  rig.baseline_m = 0.5;
-  rig.camera_height_m = 1.5;
-  return rig;
+  return {.width_px = 241,
+          .height_px = 161,
+          .focal_px = 200,
+          .cx_px = 120,
+          .cy_px = 60,
+          .baseline_m = 0.5,
+          .camera_height_m = 1.5};
 }
 
 /// Exact disparity images of a flat road with upright walls on it.

@@ -8,13 +8,7 @@
 /// Returns 1 if a pipeline can be created and its exceptions are caught here.
 extern "C" __attribute__((visibility("default"))) int plugin_works() {
   const stereogrid::Config config{stereogrid::preset("default")};
-  stereogrid::Rig rig;
-  rig.width_px = 200;
-  rig.height_px = 120;
-  rig.focal_px = 160;
-  rig.cx_px = 100;
-  rig.cy_px = 60;
-  rig.baseline_m = 0.5;
+  stereogrid::Rig rig{.width_px = 200, .height_px = 120, .focal_px = 160, .cx_px = 100, .cy_px = 60, .baseline_m = 0.5};
   const stereogrid::Pipeline pipeline{config, rig, {.threads = 1}};
   try {
     const stereogrid::Pipeline refused{config, stereogrid::Rig{}};

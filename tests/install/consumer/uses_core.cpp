@@ -20,14 +20,8 @@ namespace {
 constexpr int disparity_px{10};
 
 stereogrid::Rig small_rig() {
-  stereogrid::Rig rig;
-  rig.width_px = 200;
-  rig.height_px = 120;
-  rig.focal_px = 160;
-  rig.cx_px = 100;
-  rig.cy_px = 60;
-  rig.baseline_m = 0.5;  // f·b/d = 8 m
-  return rig;
+  return {
+      .width_px = 200, .height_px = 120, .focal_px = 160, .cx_px = 100, .cy_px = 60, .baseline_m = 0.5};  // f·b/d = 8 m
 }
 
 stereogrid::StereoFrame wall(const stereogrid::Rig& rig) {

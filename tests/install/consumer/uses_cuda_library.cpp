@@ -9,13 +9,7 @@
 #include <string>
 
 int main() {
-  stereogrid::Rig rig;
-  rig.width_px = 200;
-  rig.height_px = 120;
-  rig.focal_px = 160;
-  rig.cx_px = 100;
-  rig.cy_px = 60;
-  rig.baseline_m = 0.5;
+  stereogrid::Rig rig{.width_px = 200, .height_px = 120, .focal_px = 160, .cx_px = 100, .cy_px = 60, .baseline_m = 0.5};
   try {
     const stereogrid::Pipeline pipeline{stereogrid::preset("default"), rig, {.back_end = stereogrid::BackEnd::cuda}};
   } catch (const stereogrid::DeviceError& error) {

@@ -16,14 +16,7 @@ namespace stereogrid::test {
 namespace {
 
 Rig small_rig() {
-  Rig rig;
-  rig.width_px = 96;
-  rig.height_px = 64;
-  rig.focal_px = 80;
-  rig.cx_px = 48;
-  rig.cy_px = 32;
-  rig.baseline_m = 0.3;
-  return rig;
+  return {.width_px = 96, .height_px = 64, .focal_px = 80, .cx_px = 48, .cy_px = 32, .baseline_m = 0.3};
 }
 
 // A step in which nothing is seen is what a pipeline predicts: a block at 4 m/s is 2 m further after 0.5 s, one
