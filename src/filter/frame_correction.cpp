@@ -23,6 +23,10 @@ constexpr float hidden_inside{2.5f};
 constexpr float hidden_min{0.6f};
 /// Moving mass of a cell that a moving obstacle covers in part.
 constexpr float covered_min{0.2f};
+/// Least occupancy of a cell that the frame does not show, beside an obstacle that it shows, to be unknown …
+constexpr float doubtful_min{0.2f};
+/// … and of that obstacle in the frame.
+constexpr float neighbour_min{0.6f};
 
 // The frame's cells around one, itself included.
 struct Around {
@@ -70,7 +74,8 @@ void correct_by_frame(View<const float> observed, int begin, int end, GridLayers
         const float weighed{factor_of(seen[x], around(observed, x, y), occupancy, place) * occupancy};
         occupancy = std::max(weighed / (weighed + 1 - occupancy), 0.5f);
         movings[x] = std::min(movings[x], occupancy);
-      } else if (is_shown || movings[x] > covered_min) {
+      } else if (is_shown || movings[x] > covered_min ||
+                 (occupancy > doubtful_min && around(observed, x, y).most > neighbour_min)) {
         occupancy = 0.5f;
       }
     }

@@ -60,6 +60,14 @@ TEST(CorrectByFrame, LeavesNothingFreeWhereAnObstacleIs) {
   EXPECT_FLOAT_EQ(corrected(free_p, free_p, free_p, 0.3f, 0.25f).occupancy, 0.3f);
 }
 
+TEST(CorrectByFrame, ForgetsWeakMemoryOfGroundBesideAnObstacle) {
+  EXPECT_FLOAT_EQ(corrected(hidden, free_p, shown, 0.3f).occupancy, 0.5f);
+  EXPECT_FLOAT_EQ(corrected(hidden, free_p, shown, 0.15f).occupancy, 0.15f) << "certain ground stays";
+  EXPECT_FLOAT_EQ(corrected(hidden, free_p, 0.58f, 0.3f).occupancy, 0.3f) << "the neighbour is doubtful";
+  EXPECT_FLOAT_EQ(corrected(hidden, free_p, free_p, 0.3f).occupancy, 0.3f);
+  EXPECT_FLOAT_EQ(corrected(free_p, free_p, shown, 0.3f).occupancy, 0.3f) << "the frame shows ground";
+}
+
 TEST(CorrectByFrame, KeepsMovingMassWithinTheOccupancy) {
   EXPECT_FLOAT_EQ(corrected(hidden, free_p, free_p, 0.7f, 0.6f).moving, 0.5f);
 }
