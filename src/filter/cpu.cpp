@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "backend/cpu.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "filter/forms.hpp"
@@ -29,75 +29,105 @@ void filter(Cpu& cpu, const FilterInput& input, View<const float> observed, cons
 
 namespace {
 
-// Ranges of evidence in the same row of the same block.
-void find_ranges(std::span<const VelocityEvidence> evidence, int cells, std::vector<EvidenceRange>& ranges) {
-  const auto place = [&](int i) {
-    const int cell{evidence[static_cast<std::size_t>(i)].cell};
-    return std::pair{cell / cells, cell % cells / block_columns};
-  };
+// The masses of the row of a block in which a cell lies; null: the block has none.
+float* masses_of_row(FilterState& state, const VelocityEvidence& one) {
+  const int width{state.occupancy.width()};
+  return state.blocks.masses_at(one.cell % width / block_columns * block_columns, one.cell / width);
+}
+
+// Ranges that fill a vector together: evidence in a row of a block with masses, or anywhere in blocks without.
+void find_ranges(std::span<const VelocityEvidence> evidence, FilterState& state, std::vector<EvidenceRange>& ranges) {
+  const float* before{nullptr};
   ranges.clear();
   for (int i{0}; i < static_cast<int>(evidence.size()); ++i) {
-    if (ranges.empty() || place(i) != place(ranges.back().begin)) ranges.push_back({i, i});
+    const float* const masses{masses_of_row(state, evidence[static_cast<std::size_t>(i)])};
+    const bool is_full{masses == nullptr && !ranges.empty() && i - ranges.back().begin == block_columns};
+    if (ranges.empty() || masses != before || is_full) ranges.push_back({i, i});
     ranges.back().end = i + 1;
+    before = masses;
   }
 }
 
-// The evidence of a row of a block.
-class RowWeigher {
+// The evidence of a range.
+class RangeWeigher {
  public:
-  RowWeigher(std::span<const VelocityEvidence> evidence, const FilterTables& tables, FilterState& state,
-             GridLayers& layers)
-      : evidence_{evidence}, tables_{tables}, state_{state}, layers_{layers} {}
+  /// `starts`: of each evidence; see WeighingSpace.
+  RangeWeigher(std::span<const VelocityEvidence> evidence, std::span<std::uint8_t> starts, const FilterTables& tables,
+               FilterState& state, GridLayers& layers)
+      : evidence_{evidence}, starts_{starts}, tables_{tables}, state_{state}, layers_{layers} {}
 
-  /// `starts`: of each evidence.
-  void run(float* space, std::span<std::uint8_t> starts) const {
-    WeighedCells cells{taken()};
-    weigh_cells(tables_.axis_mps, space, cells);
+  /// Applies the evidence but for that which starts a moving cell.
+  void run(float* space) const {
+    std::ranges::fill(starts_, std::uint8_t{1});
+    const WeighedCells cells{weighed(space)};
     for (std::size_t i{0}; i < evidence_.size(); ++i) {
-      const int at{column(evidence_[i]) - cells.x_first};
-      starts[i] = 0;
-      if (!cells.is_weighed[at]) continue;
-      const bool moves{
-          is_moving(tables_.moving_from, state_.occupancy(cells.x_first + at, cells.y), cells.standing[at])};
-      starts[i] = cells.masses == nullptr && moves ? 1 : 0;
-      if (starts[i] == 0) write(cells, at);
+      const auto [x, y] = place(i);
+      const int lane{lane_of(i, cells)};
+      const bool moves{is_moving(tables_.moving_from, state_.occupancy(x, y), cells.standing[lane])};
+      starts_[i] = cells.is_weighed[lane] && cells.masses == nullptr && moves ? 1 : 0;
+      if (cells.is_weighed[lane] && starts_[i] == 0) write(cells, lane, x, y);
+    }
+  }
+
+  /// Applies that which does.
+  void run_starting(float* space) const {
+    if (std::ranges::count(starts_, std::uint8_t{1}) == 0) return;
+    const WeighedCells cells{weighed(space)};
+    for (std::size_t i{0}; i < evidence_.size(); ++i) {
+      if (starts_[i] != 0) write(cells, lane_of(i, cells), place(i).x, place(i).y);
     }
   }
 
  private:
-  [[nodiscard]] int width() const { return state_.occupancy.width(); }
-  [[nodiscard]] int column(const VelocityEvidence& one) const { return one.cell % width(); }
+  struct Place {
+    int x;
+    int y;
+  };
+  [[nodiscard]] Place place(std::size_t i) const {
+    const int width{state_.occupancy.width()};
+    return {evidence_[i].cell % width, evidence_[i].cell / width};
+  }
+  // Masses lie side by side, as their cells do.
+  [[nodiscard]] int lane_of(std::size_t i, const WeighedCells& cells) const {
+    return cells.masses != nullptr ? place(i).x % block_columns : static_cast<int>(i);
+  }
 
+  [[nodiscard]] WeighedCells weighed(float* space) const {
+    WeighedCells cells{taken()};
+    weigh_cells(tables_.axis_mps, space, cells);
+    return cells;
+  }
+
+  // Of the evidence that may start a moving cell.
   [[nodiscard]] WeighedCells taken() const {
     WeighedCells cells{};
-    cells.x_first = column(evidence_.front()) / block_columns * block_columns;
-    cells.y = evidence_.front().cell / width();
-    cells.masses = state_.blocks.masses_at(cells.x_first, cells.y);
-    for (const VelocityEvidence& one : evidence_) {
-      const int x{column(one)};
-      const int i{x - cells.x_first};
-      cells.is_weighed[i] = !is_ignored(one, state_.age_s(x, cells.y));
-      cells.x[i] = one.x;
-      cells.y_mps[i] = one.y;
-      cells.xx[i] = one.xx;
-      cells.xy[i] = one.xy;
-      cells.yy[i] = one.yy;
-      cells.standing[i] = state_.standing(x, cells.y);
-      cells.each[i] = even_mass(tables_.each_moving, state_.occupancy(x, cells.y), cells.standing[i]);
+    cells.masses = masses_of_row(state_, evidence_.front());
+    for (std::size_t i{0}; i < evidence_.size(); ++i) {
+      const VelocityEvidence& one{evidence_[i]};
+      const auto [x, y] = place(i);
+      const int lane{lane_of(i, cells)};
+      cells.is_weighed[lane] = starts_[i] != 0 && !is_ignored(one, state_.age_s(x, y));
+      cells.x[lane] = one.x;
+      cells.y_mps[lane] = one.y;
+      cells.xx[lane] = one.xx;
+      cells.xy[lane] = one.xy;
+      cells.yy[lane] = one.yy;
+      cells.standing[lane] = state_.standing(x, y);
+      cells.each[lane] = even_mass(tables_.each_moving, state_.occupancy(x, y), cells.standing[lane]);
     }
     return cells;
   }
 
-  void write(const WeighedCells& cells, int i) const {
-    const int x{cells.x_first + i};
-    state_.standing(x, cells.y) = cells.standing[i];
-    layers_.moving(x, cells.y) = moving_share(layers_.occupancy(x, cells.y), cells.standing[i]);
-    const VelocitySums sums{cells.sum_mass[i], cells.sum_x[i],  cells.sum_y[i],
-                            cells.sum_xx[i],   cells.sum_xy[i], cells.sum_yy[i]};
-    write_velocity(estimate_of(sums), x, cells.y, layers_);
+  void write(const WeighedCells& cells, int lane, int x, int y) const {
+    state_.standing(x, y) = cells.standing[lane];
+    layers_.moving(x, y) = moving_share(layers_.occupancy(x, y), cells.standing[lane]);
+    const VelocitySums sums{cells.sum_mass[lane], cells.sum_x[lane],  cells.sum_y[lane],
+                            cells.sum_xx[lane],   cells.sum_xy[lane], cells.sum_yy[lane]};
+    write_velocity(estimate_of(sums), x, y, layers_);
   }
 
   std::span<const VelocityEvidence> evidence_;
+  std::span<std::uint8_t> starts_;
   const FilterTables& tables_;
   FilterState& state_;
   GridLayers& layers_;
@@ -107,29 +137,29 @@ class RowWeigher {
 
 void weigh_velocities(Cpu& cpu, std::span<const VelocityEvidence> evidence, const FilterTables& tables,
                       WeighingSpace& space, FilterState& state, GridLayers& layers) {
-  find_ranges(evidence, state.occupancy.width(), space.ranges);
-  const std::span<const EvidenceRange> ranges{space.ranges};
-  const std::span<std::uint8_t> starts{space.starts};
-  const auto weigh_part = [&](int part, int begin, int end) {
-    for (const EvidenceRange range : ranges.subspan(begin, end - begin)) {
-      const RowWeigher row{evidence.subspan(range.begin, range.end - range.begin), tables, state, layers};
-      row.run(space.masses[static_cast<std::size_t>(part)].data(), starts.subspan(range.begin));
-    }
+  const auto weigh = [&](auto run) {
+    find_ranges(evidence, state, space.ranges);
+    const std::span<const EvidenceRange> ranges{space.ranges};
+    cpu.for_parts(
+        static_cast<int>(ranges.size()), static_cast<int>(space.masses.size()), [&](int part, int begin, int end) {
+          for (const auto [first, last] : ranges.subspan(begin, end - begin)) {
+            const RangeWeigher range{evidence.subspan(first, last - first),
+                                     std::span{space.starts}.subspan(first, last - first), tables, state, layers};
+            (range.*run)(space.masses[static_cast<std::size_t>(part)].data());
+          }
+        });
   };
-  cpu.for_parts(static_cast<int>(ranges.size()), static_cast<int>(space.masses.size()), weigh_part);
+  weigh(&RangeWeigher::run);
   const int width{state.occupancy.width()};
-  for (const VelocityEvidence& one : evidence) state.forget_kind(one.cell % width, one.cell / width);
-  CellWeigher weigher{tables, state, layers};
-  const auto for_starting = [&](const auto& work) {
-    for (std::size_t i{0}; i < evidence.size(); ++i) {
-      if (starts[i] != 0) work(evidence[i]);
-    }
-  };
   const BlockLayout& layout{state.blocks.layout()};
-  for_starting(
-      [&](const VelocityEvidence& one) { state.blocks.want(layout.block_of(one.cell % width, one.cell / width)); });
+  for (std::size_t i{0}; i < evidence.size(); ++i) {
+    const int x{evidence[i].cell % width};
+    const int y{evidence[i].cell / width};
+    state.forget_kind(x, y);
+    if (space.starts[i] != 0) state.blocks.want(layout.block_of(x, y));
+  }
   begin_wanted_blocks(tables, state);
-  for_starting([&](const VelocityEvidence& one) { weigher.weigh(one, false); });
+  weigh(&RangeWeigher::run_starting);
 }
 
 }  // namespace stereogrid

@@ -167,7 +167,7 @@ struct FilterInput {
   const std::vector<BlockKind>* kinds_before{nullptr};
 };
 
-/// Evidence begin … end − 1, whose cells lie in a row of a block.
+/// Evidence begin … end − 1, weighed together.
 struct EvidenceRange {
   int begin;
   int end;

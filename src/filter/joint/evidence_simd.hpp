@@ -8,10 +8,8 @@
 
 namespace stereogrid {
 
-/// The cells of a row of a block.
+/// Cells that are weighed together: those of a row of a block, or any without masses.
 struct WeighedCells {
-  int x_first;
-  int y;
   bool is_weighed[block_columns];  ///< the others have no evidence and stay as they are
   /// VelocityEvidence of each
   float x[block_columns];
@@ -33,7 +31,7 @@ struct WeighedCells {
   float sum_yy[block_columns];
 };
 
-/// `weigh` for cells side by side, equal to it on every instruction set. Works in `space`, see
+/// `weigh` for many cells, equal to it on every instruction set. Works in `space`, see
 /// WeighingSpace::masses.
 void weigh_cells(const std::vector<float>& axis_mps, float* space, WeighedCells& cells);
 
