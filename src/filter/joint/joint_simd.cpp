@@ -74,11 +74,50 @@ float spread_outside(const JointStep& joint) {
   return sum;
 }
 
+constexpr int lanes{hn::MaxLanes(Float{})};
+
+// Antecedents of the lattice's row of v_y.
+const Antecedents& antecedents_of_row(const JointStep& joint, int row) {
+  return joint.after.space.from[static_cast<std::size_t>(row) * static_cast<std::size_t>(joint.step.side)];
+}
+
+// The antecedents of all velocities lie in the window. They ascend or descend with v_y.
+bool are_inside(const JointStep& joint, int y) {
+  const int first{y + antecedents_of_row(joint, 0).iy};
+  const int last{y + antecedents_of_row(joint, joint.step.side - 1).iy};
+  return std::min(first, last) >= 0 && std::max(first, last) + 1 < joint.after.space.even.width();
+}
+
+// All columns of a row, whose antecedents are inside: each velocity's rows are looked up once.
+void ArriveInside(const JointStep& joint, const float* before, BlockRow& cells) {
+  constexpr int vectors{block_columns / lanes};
+  const Float d;
+  const FilterSpace& space{joint.after.space};
+  hn::Vec<Float> spread[vectors];
+  for (auto& sum : spread) sum = hn::Zero(d);
+  for (int j{0}; j < joint.step.side; ++j) {
+    const Antecedents& from{antecedents_of_row(joint, j)};
+    const float* const row{space.spread.row(cells.y + from.iy) + cells.x};
+    const float* const next{row + space.spread.width()};
+    const auto share = hn::Set(d, from.fy);
+    for (int v{0}; v < vectors; ++v) {
+      spread[v] = hn::Add(spread[v], between(hn::LoadU(d, row + v * lanes), hn::LoadU(d, next + v * lanes), share));
+    }
+  }
+  for (int v{0}; v < vectors; ++v) {
+    const auto here = hn::LoadU(d, before + v * lanes);
+    hn::StoreU(even_arrived(hn::Set(d, joint.step.each_moving), spread[v], here), d, cells.each + v * lanes);
+  }
+}
+
 void ArriveEvenly(const JointStep& joint, CellColumns columns, BlockRow& cells) {
   if (columns.begin == columns.end) return;
   const FilterSpace& space{joint.after.space};
   const int size{space.even.width()};
   const float* const before{space.even.row(cells.y + joint.scroll.y)};
+  if (columns.end - columns.begin == block_columns && are_inside(joint, cells.y)) {
+    return ArriveInside(joint, before + (cells.x + joint.scroll.x), cells);
+  }
   for_shrinking_vectors(Float{}, columns.begin, columns.end, [&](auto d, int i) {
     const auto row = [&](int y) {
       const bool is_inside{y >= 0 && y < size};
@@ -86,7 +125,7 @@ void ArriveEvenly(const JointStep& joint, CellColumns columns, BlockRow& cells) 
     };
     auto spread = hn::Zero(d);
     for (int j{0}; j < joint.step.side; ++j) {
-      const Antecedents from{space.from[static_cast<std::size_t>(j) * static_cast<std::size_t>(joint.step.side)]};
+      const Antecedents& from{antecedents_of_row(joint, j)};
       spread = hn::Add(spread, between(row(cells.y + from.iy), row(cells.y + from.iy + 1), hn::Set(d, from.fy)));
     }
     const auto here = hn::LoadU(d, before + (cells.x + joint.scroll.x + i));
@@ -99,8 +138,6 @@ void ArriveEvenly(const JointStep& joint, CellColumns columns, BlockRow& cells) 
 int floor_of(int numerator, int denominator) {
   return numerator >= 0 ? numerator / denominator : -((denominator - 1 - numerator) / denominator);
 }
-
-constexpr int lanes{hn::MaxLanes(Float{})};
 
 // The cells of the step before from which a block gets the mass of a moving velocity: block_columns + 1 columns from x
 // on and block_rows + 1 rows from y on. They lie in up to two by two blocks.

@@ -24,14 +24,18 @@ namespace {
 
 using Float = hn::CappedTag<float, block_columns>;
 
+// The bits by which observations differ from ½ are collected: one test for all rows.
 bool IsAnyObserved(View<const float> observed, const CellBox& cells) {
   bool is_any{false};
-  for (int y{cells.y_first}; y <= cells.y_last && !is_any; ++y) {
-    const float* const row{observed.row(y)};
-    for_shrinking_vectors(Float{}, cells.x_first, cells.x_last + 1, [&](auto d, int x) {
-      is_any = is_any || !hn::AllTrue(d, hn::Eq(hn::LoadU(d, row + x), hn::Set(d, 0.5f)));
-    });
-  }
+  for_shrinking_vectors(Float{}, cells.x_first, cells.x_last + 1, [&](auto d, int x) {
+    const hn::RebindToUnsigned<decltype(d)> bits;
+    const auto half = hn::BitCast(bits, hn::Set(d, 0.5f));
+    auto others = hn::Zero(bits);
+    for (int y{cells.y_first}; y <= cells.y_last; ++y) {
+      others = hn::Or(others, hn::Xor(hn::BitCast(bits, hn::LoadU(d, observed.row(y) + x)), half));
+    }
+    is_any = is_any || !hn::AllTrue(bits, hn::Eq(others, hn::Zero(bits)));
+  });
   return is_any;
 }
 
