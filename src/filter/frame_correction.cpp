@@ -17,6 +17,12 @@ constexpr double leaving_m{6};
 /// times its odds. Matching windows and noise widen obstacles by about a cell.
 constexpr float shown_at_border{0.5f};
 constexpr float border_odds{2};
+/// The same at the near edge of an obstacle that the frame shows, also where no ground is seen before it. A neighbour
+/// has greater odds. Errors of disparity spread the edge along the ray.
+constexpr float shown_at_near_edge{0.55f};
+/// Least occupancy of an obstacle's cell in the frame; number of cells before an edge on the ray that are none.
+constexpr float obstacle_min{0.55f};
+constexpr int cells_before{2};
 /// The same in a cell that the frame does not show, without free ground beside it.
 constexpr float hidden_inside{2.5f};
 /// Least occupancy for that factor.
@@ -47,13 +53,29 @@ Around around(View<const float> observed, int x, int y) {
   return cells;
 }
 
-// Factor of the odds of a cell with that occupancy, above ½.
-float factor_of(float observed, Around around, float occupancy, Point2 place) {
-  if (is_known(observed)) {
-    const bool is_border{around.has_ground() &&
-                         around.most * (1 - observed) > border_odds * observed * (1 - around.most)};
-    return is_border ? shown_at_border : 1;
+// True if the frame shows no obstacle in the cells before this one, on the ray from the vehicle's origin.
+bool is_near_edge(View<const float> observed, int x, int y, Point2 place) {
+  const double distance_m{std::max(std::hypot(place.x, place.y), 0.1)};
+  for (int step{1}; step <= cells_before; ++step) {
+    const int before_x{static_cast<int>(std::lround(x - step * place.x / distance_m))};
+    const int before_y{static_cast<int>(std::lround(y - step * place.y / distance_m))};
+    if (before_x < 0 || before_y < 0 || before_x >= observed.width || before_y >= observed.height) return true;
+    if (observed(before_x, before_y) > obstacle_min) return false;
   }
+  return true;
+}
+
+// Factor of the odds of a cell that the frame shows as occupied.
+float factor_of_shown(View<const float> observed, int x, int y, Point2 place) {
+  const float here{observed(x, y)};
+  const Around beside{around(observed, x, y)};
+  if (!(beside.most > here)) return 1;
+  const bool is_border{beside.has_ground() && beside.most * (1 - here) > border_odds * here * (1 - beside.most)};
+  return (is_border ? shown_at_border : 1) * (is_near_edge(observed, x, y, place) ? shown_at_near_edge : 1);
+}
+
+// The same of one that it does not show, with that occupancy, above ½.
+float factor_of_hidden(Around around, float occupancy, Point2 place) {
   if (around.has_ground()) return std::hypot(place.x, place.y) > leaving_m ? hidden_beside_ground : 1;
   return occupancy > hidden_min ? hidden_inside : 1;
 }
@@ -71,7 +93,9 @@ void correct_by_frame(View<const float> observed, int begin, int end, GridLayers
       if (is_shown ? seen[x] < 0.5f : !is_known(occupancy)) continue;
       if (occupancy > 0.5f) {
         const Point2 place{filtered.geometry.centre(x, y)};
-        const float weighed{factor_of(seen[x], around(observed, x, y), occupancy, place) * occupancy};
+        const float factor{is_shown ? factor_of_shown(observed, x, y, place)
+                                    : factor_of_hidden(around(observed, x, y), occupancy, place)};
+        const float weighed{factor * occupancy};
         occupancy = std::max(weighed / (weighed + 1 - occupancy), 0.5f);
         movings[x] = std::min(movings[x], occupancy);
       } else if (is_shown || movings[x] > covered_min ||

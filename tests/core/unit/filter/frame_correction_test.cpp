@@ -42,10 +42,29 @@ TEST(CorrectByFrame, LowersTheOddsOfObstaclesBesideGround) {
 }
 
 TEST(CorrectByFrame, LowersThoseAtTheBorderOfAnObstacleThatTheFrameShows) {
-  EXPECT_FLOAT_EQ(corrected(0.8f, free_p, shown, 0.9f).occupancy, after_factor(0.9f, 0.5f));
-  EXPECT_FLOAT_EQ(corrected(0.85f, free_p, shown, 0.9f).occupancy, 0.9f);
+  EXPECT_FLOAT_EQ(corrected(0.8f, free_p, shown, 0.9f).occupancy, after_factor(0.9f, 0.5f * 0.55f));
+  EXPECT_FLOAT_EQ(corrected(0.85f, free_p, shown, 0.9f).occupancy, after_factor(0.9f, 0.55f));
   EXPECT_FLOAT_EQ(corrected(0.6f, free_p, free_p, 0.6f).occupancy, 0.6f) << "a pole of one cell stays";
   EXPECT_FLOAT_EQ(corrected(0.8f, shown, shown, 0.9f).occupancy, 0.9f);
+}
+
+// Cells in a row ahead of the vehicle.
+TEST(CorrectByFrame, LowersThoseAtTheNearEdgeOfAnObstacleWithoutGround) {
+  const auto on_ray = [](float before, float two_before, float here, float behind) {
+    Image<float> observed{5, 1, hidden};
+    observed(0, 0) = two_before;
+    observed(1, 0) = before;
+    observed(2, 0) = here;
+    observed(3, 0) = behind;
+    GridLayers layers{grid_layers({8, -0.1, 0.2, 5, 1})};
+    layers.occupancy(2, 0) = 0.9f;
+    correct_by_frame(observed.view(), 0, 1, layers);
+    return layers.occupancy(2, 0);
+  };
+  EXPECT_FLOAT_EQ(on_ray(hidden, hidden, 0.8f, 0.9f), after_factor(0.9f, 0.55f));
+  EXPECT_FLOAT_EQ(on_ray(hidden, hidden, 0.9f, 0.8f), 0.9f) << "the strongest cell is the obstacle";
+  EXPECT_FLOAT_EQ(on_ray(0.6f, hidden, 0.8f, 0.9f), 0.9f) << "the edge is one cell before";
+  EXPECT_FLOAT_EQ(on_ray(hidden, 0.6f, 0.8f, 0.9f), 0.9f) << "and here two cells";
 }
 
 TEST(CorrectByFrame, RaisesThoseOfHiddenCellsInsideAnObstacle) {
