@@ -33,6 +33,7 @@ constexpr float covered_min{0.2f};
 constexpr float doubtful_min{0.2f};
 /// … and of that obstacle in the frame.
 constexpr float neighbour_min{0.6f};
+constexpr int cells_together{16};
 
 // The frame's cells around one, itself included.
 struct Around {
@@ -44,11 +45,12 @@ struct Around {
 
 Around around(View<const float> observed, int x, int y) {
   Around cells;
-  for (int ay{std::max(y - 1, 0)}; ay <= std::min(y + 1, observed.height - 1); ++ay) {
-    for (int ax{std::max(x - 1, 0)}; ax <= std::min(x + 1, observed.width - 1); ++ax) {
-      cells.least = std::min(cells.least, observed(ax, ay));
-      cells.most = std::max(cells.most, observed(ax, ay));
-    }
+  const int left{std::max(x - 1, 0)};
+  const int right{std::min(x + 1, observed.width - 1)};
+  for (const int ay : {std::max(y - 1, 0), y, std::min(y + 1, observed.height - 1)}) {
+    const float* const row{observed.row(ay)};
+    cells.least = std::min({cells.least, row[left], row[x], row[right]});
+    cells.most = std::max({cells.most, row[left], row[x], row[right]});
   }
   return cells;
 }
@@ -80,28 +82,46 @@ float factor_of_hidden(Around around, float occupancy, Point2 place) {
   return occupancy > hidden_min ? hidden_inside : 1;
 }
 
+// Cells that stay as they are: seen as free, or unknown in both grids. Without branches, for vectors.
+bool are_kept(const float* seen, const float* occupancies) {
+  const auto is_known = [](float p) { return std::max(p - 0.5f, 0.5f - p) > 0.05f; };  // as that of grid.hpp
+  int changes{0};
+  for (int i{0}; i < cells_together; ++i) {
+    const bool is_shown{is_known(seen[i])};
+    changes |= (is_shown & (seen[i] > 0.5f)) | (!is_shown & is_known(occupancies[i]));
+  }
+  return changes == 0;
+}
+
+void correct(View<const float> observed, int x, int y, GridLayers& filtered) {
+  const float seen{observed(x, y)};
+  float& occupancy{filtered.occupancy(x, y)};
+  float& moving{filtered.moving(x, y)};
+  const bool is_shown{is_known(seen)};
+  if (is_shown ? seen < 0.5f : !is_known(occupancy)) return;
+  if (occupancy > 0.5f) {
+    const Point2 place{filtered.geometry.centre(x, y)};
+    const float factor{is_shown ? factor_of_shown(observed, x, y, place)
+                                : factor_of_hidden(around(observed, x, y), occupancy, place)};
+    const float weighed{factor * occupancy};
+    occupancy = std::max(weighed / (weighed + 1 - occupancy), 0.5f);
+    moving = std::min(moving, occupancy);
+  } else if (is_shown || moving > covered_min ||
+             (occupancy > doubtful_min && around(observed, x, y).most > neighbour_min)) {
+    occupancy = 0.5f;
+  }
+}
+
 }  // namespace
 
 void correct_by_frame(View<const float> observed, int begin, int end, GridLayers& filtered) {
   for (int y{begin}; y < end; ++y) {
     const float* const seen{observed.row(y)};
-    float* const occupancies{filtered.occupancy.row(y)};
-    float* const movings{filtered.moving.row(y)};
-    for (int x{0}; x < observed.width; ++x) {
-      float& occupancy{occupancies[x]};
-      const bool is_shown{is_known(seen[x])};
-      if (is_shown ? seen[x] < 0.5f : !is_known(occupancy)) continue;
-      if (occupancy > 0.5f) {
-        const Point2 place{filtered.geometry.centre(x, y)};
-        const float factor{is_shown ? factor_of_shown(observed, x, y, place)
-                                    : factor_of_hidden(around(observed, x, y), occupancy, place)};
-        const float weighed{factor * occupancy};
-        occupancy = std::max(weighed / (weighed + 1 - occupancy), 0.5f);
-        movings[x] = std::min(movings[x], occupancy);
-      } else if (is_shown || movings[x] > covered_min ||
-                 (occupancy > doubtful_min && around(observed, x, y).most > neighbour_min)) {
-        occupancy = 0.5f;
-      }
+    const float* const occupancies{filtered.occupancy.row(y)};
+    for (int first{0}; first < observed.width; first += cells_together) {
+      const int last{std::min(first + cells_together, observed.width)};
+      if (last - first == cells_together && are_kept(seen + first, occupancies + first)) continue;
+      for (int x{first}; x < last; ++x) correct(observed, x, y, filtered);
     }
   }
 }
