@@ -110,15 +110,20 @@ std::uint8_t paeth(int left, int above, int above_left) {
   return static_cast<std::uint8_t>(of_above <= of_both ? above : above_left);
 }
 
-// row[i] += predict(left, above, above left), without a left neighbour in the first pixel.
+// row[i] += predict(left, above, above left), without a left neighbour in the first pixel. One byte of each pixel after
+// the other: the left neighbour stays in a register, and need not be read again.
 template <class Predict>
 void add_prediction(std::uint8_t* row, const std::uint8_t* above, std::size_t bytes, std::size_t pixel_bytes,
                     const Predict& predict) {
-  const auto add = [&](std::size_t i, int left, int above_left) {
-    row[i] = static_cast<std::uint8_t>(row[i] + predict(left, above[i], above_left));
-  };
-  for (std::size_t i{0}; i < pixel_bytes; ++i) add(i, 0, 0);
-  for (std::size_t i{pixel_bytes}; i < bytes; ++i) add(i, row[i - pixel_bytes], above[i - pixel_bytes]);
+  for (std::size_t first{0}; first < pixel_bytes; ++first) {
+    std::uint8_t left{0};
+    std::uint8_t above_left{0};
+    for (std::size_t i{first}; i < bytes; i += pixel_bytes) {
+      left = static_cast<std::uint8_t>(row[i] + predict(left, above[i], above_left));
+      above_left = above[i];
+      row[i] = left;
+    }
+  }
 }
 
 // False: a filter that does not exist.
@@ -154,10 +159,12 @@ bool inflate(const std::string& packed, std::vector<std::uint8_t>& bytes) {
 }
 
 void copy_row(const Header& header, const std::uint8_t* from, std::uint8_t* to) {
-  // samples of 16 bits are stored with the most significant byte first
-  const bool swaps{header.bits == 16 && std::endian::native == std::endian::little};
-  if (header.bits >= 8) {
-    for (std::size_t i{0}; i < header.row_bytes(); ++i) to[swaps ? i ^ 1 : i] = from[i];
+  if (header.bits == 8 || (header.bits == 16 && std::endian::native == std::endian::big)) {
+    std::copy_n(from, header.row_bytes(), to);
+    return;
+  }
+  if (header.bits == 16) {  // stored with the most significant byte first
+    for (std::size_t i{0}; i < header.row_bytes(); ++i) to[i ^ 1] = from[i];
     return;
   }
   const int largest{(1 << header.bits) - 1};
