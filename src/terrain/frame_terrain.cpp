@@ -41,14 +41,17 @@ void fill_rows(Image<T>& image, int begin, int end, T value) {
   std::fill_n(image.row(begin), static_cast<std::size_t>(end - begin) * static_cast<std::size_t>(image.width()), value);
 }
 
+// Raises cells begin … end − 1.
+void raise(float* occupancy, int begin, int end, float least) {
+  if (least == 0) return;
+  for (int i{begin}; i < end; ++i) occupancy[i] = std::max(occupancy[i], least);
+}
+
 void bound(const Image<CellRule>& rules, Image<float>& occupancy) {
   for (int iy{0}; iy < rules.height(); ++iy) {
     float* const row{occupancy.row(iy)};
-    for_cells(rules.row(iy), rules.width(), [row](int begin, int end, CellRule rule) {
-      const float least{least_filtered(rule)};
-      if (least == 0) return;
-      for (int ix{begin}; ix < end; ++ix) row[ix] = std::max(row[ix], least);
-    });
+    for_cells(rules.row(iy), rules.width(),
+              [row](int begin, int end, CellRule rule) { raise(row, begin, end, least_filtered(rule)); });
   }
 }
 
@@ -115,13 +118,15 @@ void FrameTerrain::move_held(const GridGeometry& window) {
 }
 
 // Cells without ground keep their hazard. Hidden cells are none: some of them are seen to be ground from nearer by.
-void FrameTerrain::hold() {
+// They are raised here, hazards with the held ones.
+void FrameTerrain::hold(Image<float>& occupancy) {
   for (int iy{0}; iy < held_.height(); ++iy) {
     CellRule* const row{held_.row(iy)};
     for_cells(window_rules_.row(iy), held_.width(), [&](int begin, int end, CellRule rule) {
       if (rule == CellRule::ground_not_seen) return;
       const bool is_hazard{rule == CellRule::edge || rule == CellRule::obstacle};
       std::fill(row + begin, row + end, is_hazard ? rule : CellRule::as_observed);
+      if (!is_hazard) raise(occupancy.row(iy), begin, end, least_filtered(rule));
     });
   }
 }
@@ -130,9 +135,8 @@ void FrameTerrain::bound_filtered(const Pose2& world_from_vehicle, bool is_usabl
   const GridGeometry& window{result.world.geometry};
   move_held(window);
   if (is_usable) {
-    hold();
+    hold(result.world.occupancy);
     bound(vehicle_rules_, result.vehicle.occupancy);
-    bound(window_rules_, result.world.occupancy);
   }
   bound_held(world_from_vehicle, result);
 }

@@ -55,7 +55,7 @@ class FrameTerrain {
   void write_vehicle(const GridInVehicle& grid, int begin, int end, FrameResult& result);
   void write_window(const GridInVehicle& grid, int begin, int end);
   void move_held(const GridGeometry& window);
-  void hold();
+  void hold(Image<float>& occupancy);
   void bound_held(const Pose2& world_from_vehicle, FrameResult& result) const;
 
   GridGeometry vehicle_grid_;
