@@ -11,12 +11,12 @@ Rings::Rings(float cell_m, float farthest_m, int disparities)
     : cell_m_{cell_m},
       farthest_m_{farthest_m},
       borders_m_(static_cast<std::size_t>(std::ceil(farthest_m / cell_m)) + 2),
-      ring_at_(static_cast<std::size_t>((static_cast<float>(disparities) + 1) * per_px) + 1) {}
+      ring_at_(static_cast<std::size_t>((static_cast<float>(disparities) + 1) * places_per_px) + 1) {}
 
 void Rings::place(const TerrainCamera& camera, float nearest_m) {
   std::ranges::fill(ring_at_, static_cast<std::int16_t>(no_ring));
   count_ = 0;
-  const float focal_baseline{camera.focal_baseline_pxm * per_px};
+  const float focal_baseline{camera.focal_baseline_pxm * places_per_px};
   const float first{std::min(focal_baseline / std::max(nearest_m, cell_m_), static_cast<float>(places()))};
   int place{static_cast<int>(first)};
   float x{focal_baseline / static_cast<float>(std::max(place, 1))};

@@ -28,20 +28,16 @@ class Rings {
   [[nodiscard]] float end_m(int ring) const { return borders_m_[static_cast<std::size_t>(ring) + 1]; }
   [[nodiscard]] float middle_m(int ring) const { return 0.5f * (begin_m(ring) + end_m(ring)); }
   /// Ring of a disparity > 0; no_ring: before the first or behind the last one.
-  [[nodiscard]] int at_disparity(float disparity) const { return at_place(place_of(disparity)); }
-  /// The same in two steps, of which vectors can do the first.
-  [[nodiscard]] int place_of(float disparity) const {
-    return static_cast<int>(Min(disparity * per_px, static_cast<float>(places())));
+  [[nodiscard]] int at_disparity(float disparity) const {
+    return at_place(static_cast<int>(Min(disparity * places_per_px, static_cast<float>(places()))));
   }
+  static constexpr float places_per_px{16};  ///< borders are multiples of a sixteenth of a pixel
+  [[nodiscard]] int places() const { return static_cast<int>(ring_at_.size()) - 1; }
   [[nodiscard]] int at_place(int place) const { return ring_at_[static_cast<std::size_t>(place)]; }
   [[nodiscard]] int capacity() const { return static_cast<int>(borders_m_.size()) - 1; }
   [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(borders_m_, ring_at_); }
 
  private:
-  static constexpr float per_px{16};  ///< borders are multiples of a sixteenth of a pixel
-
-  [[nodiscard]] int places() const { return static_cast<int>(ring_at_.size()) - 1; }
-
   float cell_m_;
   float farthest_m_;
   int count_{0};

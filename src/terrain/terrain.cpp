@@ -15,11 +15,6 @@ constexpr int kinds{5};
 /// Standard deviations of the elevation that must not exceed a step.
 constexpr float judged_sigmas{3};
 
-/// −1, whose bits are all set, if there is no sector; else 0.
-constexpr int none_if(bool condition) {
-  return -static_cast<int>(condition);
-}
-
 /// Sectors of a cell, by class.
 struct CellSectors {
   std::array<int, kinds> count{};
@@ -64,6 +59,7 @@ Terrain::Terrain(const Rig& level_rig, const TerrainLimits& limits, float cell_m
       walks_{samples_.sectors(), 1},
       trenches_{level_rig.height_px, samples_.sectors(), window_px},
       relief_{samples_.sectors(), rings_.capacity(), disparities, level_rig.height_px},
+      observed_rings_(static_cast<std::size_t>(samples_.sectors())),
       camera_{level_rig, {}} {}
 
 void Terrain::begin(const Ground& ground) {
@@ -91,14 +87,13 @@ void Terrain::begin_walks() {
 }
 
 void Terrain::count_observed_rings() {
-  observed_rings_ = 0;
+  const auto is_unknown = [](const PolarCell& cell) {
+    return cell.kind == TerrainClass::unknown && std::isnan(cell.elevation_m);
+  };
   for (int sector{0}; sector < samples_.sectors(); ++sector) {
-    int ring{rings_.count()};
-    const auto is_unknown = [&](const PolarCell& cell) {
-      return cell.kind == TerrainClass::unknown && std::isnan(cell.elevation_m);
-    };
-    while (ring > observed_rings_ && is_unknown(cells_(ring - 1, sector))) --ring;
-    observed_rings_ = std::max(observed_rings_, ring);
+    int& ring{observed_rings_[static_cast<std::size_t>(sector)]};
+    ring = rings_.count();
+    while (ring > 0 && is_unknown(cells_(ring - 1, sector))) --ring;
   }
 }
 
@@ -113,7 +108,8 @@ void Terrain::CellSpan::clip(float start, float step) {
 
 // Between the first and the last observed ring, and in the image; and a cell more, for what rounding may shift.
 Terrain::CellSpan Terrain::observed_cells(const CellPlaces& cells, float half_m, int iy, int nx) const {
-  if (observed_rings_ == 0) return {0, 0};
+  const int observed_rings{std::ranges::max(observed_rings_)};
+  if (observed_rings == 0) return {0, 0};
   const float x{cells.x_of(0, iy)};
   const float y{cells.y_of(0, iy)};
   const float margin_m{3 * half_m};
@@ -123,7 +119,7 @@ Terrain::CellSpan Terrain::observed_cells(const CellPlaces& cells, float half_m,
     span.clip(a * x + b * y + c, a * cells.along + b * cells.across);
   };
   clip(1, 0, margin_m - rings_.begin_m(0));
-  clip(-1, 0, margin_m + rings_.end_m(observed_rings_ - 1));
+  clip(-1, 0, margin_m + rings_.end_m(observed_rings - 1));
   const float focal_px{camera_.focal_px};
   const float left_px{static_cast<float>(rig_.cx_px) + 0.5f};
   clip(left_px, -focal_px, focal_px * margin_m);
@@ -131,32 +127,28 @@ Terrain::CellSpan Terrain::observed_cells(const CellPlaces& cells, float half_m,
   return span;
 }
 
-// Without branches, and with all members in variables, which g++ turns into vectors. Outside the image, sectors are one
-// before the first or behind the last one. A cell at the image's border has its sector.
-void Terrain::place(const CellPlaces& cells, float half_m, int ix, int iy, PolarPlaces& polar) const {
-  const float focal_px{camera_.focal_px};
-  const float focal_baseline_pxm{camera_.focal_baseline_pxm};
-  const float centre_px{static_cast<float>(rig_.cx_px) + 0.5f};
-  const float width_px{static_cast<float>(rig_.width_px)};
-  const int end{samples_.sectors() - 1};
-  const Rings& rings{rings_};
-  for (std::size_t i{0}; i < PolarPlaces::size; ++i) {
-    const int column{ix + static_cast<int>(i)};
-    const float x{cells.x_of(column, iy)};
-    const float y{cells.y_of(column, iy)};
-    const float ahead{Max(x, half_m)};
-    const auto sector_at = [&](float left) {
-      const float u{centre_px - focal_px * left / ahead};
-      return static_cast<int>(Min(Max(u, -1.0f * sector_px), width_px) / sector_px + 1) - 1;
-    };
-    const int first{Max(sector_at(y + half_m), 0)};
-    const int right{sector_at(y - half_m)};
-    const int least{first | none_if(right < first)};
-    polar.x[i] = x;
-    polar.ring[i] = rings.place_of(focal_baseline_pxm / ahead);
-    polar.first[i] = first;
-    polar.last[i] = Min(Max(Max(right - 1, sector_at(y)), least), end) | none_if(x <= half_m);
-  }
+PolarGeometry Terrain::polar_geometry(float half_m) const {
+  return {camera_.focal_px,
+          camera_.focal_baseline_pxm,
+          static_cast<float>(rig_.cx_px) + 0.5f,
+          static_cast<float>(rig_.width_px),
+          samples_.sectors() - 1,
+          half_m,
+          static_cast<float>(rings_.places()),
+          Rings::places_per_px};
+}
+
+// Between the borders of a group of cells, which see straight lines, ring and sectors lie between theirs; and a sector
+// more, for what rounding may shift.
+bool Terrain::has_no_ground(const PolarPlaces& borders, std::size_t group) const {
+  const std::size_t next{group + 1};
+  const bool are_ahead{borders.last[group] >= borders.first[group] && borders.last[next] >= borders.first[next]};
+  const int ring{rings_.at_place(std::max(borders.ring[group], borders.ring[next]))};
+  if (!are_ahead || ring == no_ring) return false;
+  const int first{std::max(std::min(borders.first[group], borders.first[next]) - 1, 0)};
+  const int last{std::min(std::max(borders.last[group], borders.last[next]) + 1, samples_.sectors() - 1)};
+  return std::all_of(observed_rings_.begin() + first, observed_rings_.begin() + last + 1,
+                     [ring](int observed) { return observed <= ring; });
 }
 
 Terrain::RingPart Terrain::part_of(int ring, int first, int last) const {
@@ -200,7 +192,8 @@ void Terrain::add_edges(std::vector<EdgePoint>& edges) const {
 }
 
 std::size_t Terrain::held_bytes() const {
-  return held_bytes_of(rings_, samples_, sigma_px_, plane_sigma_m_, cells_, walks_, relief_) + trenches_.held_bytes();
+  return held_bytes_of(rings_, samples_, sigma_px_, plane_sigma_m_, observed_rings_, cells_, walks_, relief_) +
+         trenches_.held_bytes();
 }
 
 }  // namespace stereogrid

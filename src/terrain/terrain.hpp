@@ -3,7 +3,6 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <limits>
 #include <utility>
@@ -13,6 +12,7 @@
 #include "observation/projection/model.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/image.hpp"
+#include "terrain/polar_places.hpp"
 #include "terrain/relief.hpp"
 #include "terrain/trenches.hpp"
 #include "terrain/walk.hpp"
@@ -93,12 +93,17 @@ class Terrain {
   void visit(const GridInVehicle& grid, int begin, int end, const Work& work) const {
     const CellPlaces places{grid, {0, 0}, 1};
     const float half_m{static_cast<float>(grid.grid.cell_size_m / 2)};
+    const PolarGeometry geometry{polar_geometry(half_m)};
+    PolarPlaces borders;  // first cells of groups, and the one behind the last
     PolarPlaces polar;
     RingPart part;  // neighbours often lie in the same one
     for (int iy{begin}; iy < end; ++iy) {
       const CellSpan row{observed_cells(places, half_m, iy, grid.grid.nx)};
-      for (int ix{row.begin}; ix < row.end; ix += PolarPlaces::size) {
-        place(places, half_m, ix, iy, polar);
+      int group{0};
+      for (int ix{row.begin}; ix < row.end; ix += PolarPlaces::size, group = (group + 1) % (PolarPlaces::size - 1)) {
+        if (group == 0) find_places(geometry, places, ix, PolarPlaces::size, iy, borders);
+        if (has_no_ground(borders, static_cast<std::size_t>(group))) continue;
+        find_places(geometry, places, ix, 1, iy, polar);
         const auto cells = static_cast<std::size_t>(std::min(PolarPlaces::size, row.end - ix));
         for (std::size_t i{0}; i < cells; ++i) {
           const int ring{polar.first[i] > polar.last[i] ? no_ring : rings_.at_place(polar.ring[i])};
@@ -118,15 +123,6 @@ class Terrain {
   [[nodiscard]] std::size_t held_bytes() const;
 
  private:
-  /// Neighbouring cells of a grid's row in the polar grid.
-  struct PolarPlaces {
-    static constexpr int size{32};
-
-    std::array<float, size> x;
-    std::array<int, size> ring;   ///< for Rings::at_place
-    std::array<int, size> first;  ///< sectors first … last; none, or not ahead: first > last
-    std::array<int, size> last;
-  };
   /// Cells begin … end − 1 of a grid's row.
   struct CellSpan {
     int begin;
@@ -137,7 +133,8 @@ class Terrain {
   };
 
   [[nodiscard]] CellSpan observed_cells(const CellPlaces& cells, float half_m, int iy, int nx) const;
-  void place(const CellPlaces& cells, float half_m, int ix, int iy, PolarPlaces& polar) const;
+  [[nodiscard]] PolarGeometry polar_geometry(float half_m) const;
+  [[nodiscard]] bool has_no_ground(const PolarPlaces& borders, std::size_t group) const;
   [[nodiscard]] RingPart part_of(int ring, int first, int last) const;
   void begin(const Ground& ground);
   void begin_walks();
@@ -158,7 +155,7 @@ class Terrain {
   TrenchFilter trenches_;
   TerrainRelief relief_;
   int judged_rings_{0};
-  int observed_rings_{0};  // up to the last one with a known cell
+  std::vector<int> observed_rings_;  // by sector: up to the last one with a known cell
   Ground ground_;
   TerrainCamera camera_;
 };

@@ -1,0 +1,36 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+
+#include "observation/projection/model.hpp"
+
+namespace stereogrid {
+
+/// Cells of a grid's row in the terrain's polar grid.
+struct PolarPlaces {
+  static constexpr int size{32};
+
+  std::array<float, size> x;    ///< distance ahead, m
+  std::array<int, size> ring;   ///< for Rings::at_place
+  std::array<int, size> first;  ///< sectors first … last; none, or not ahead: first > last
+  std::array<int, size> last;
+};
+
+/// Geometry that all cells of a grid have in common.
+struct PolarGeometry {
+  float focal_px;
+  float focal_baseline_pxm;
+  float cx_px;     ///< of the pixels' left borders
+  float width_px;  ///< of the image
+  int last_sector;
+  float half_m;       ///< half a cell
+  float ring_places;  ///< Rings::places
+  float ring_places_per_px;
+};
+
+/// Cells ix, ix + step … of row iy.
+void find_places(const PolarGeometry& geometry, const CellPlaces& cells, int ix, int step, int iy, PolarPlaces& places);
+
+}  // namespace stereogrid
