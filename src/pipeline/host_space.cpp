@@ -22,7 +22,7 @@ HostSpace::HostSpace(const Config& config, const Rig& level_rig, const GridGeome
       weighing{Window{vehicle_grid}.cells(), filter_tables, config.filter.model == FilterModel::joint ? threads : 0},
       block_kinds(filtered.kinds.size()),
       part_kinds(static_cast<std::size_t>(vehicle_grid.ny * resampled_parts(vehicle_grid.nx))) {
-  projection.plan(BinGeometry{level_rig}, {vehicle_grid});
+  if (config.projection.model != ProjectionModel::rays) projection.plan(BinGeometry{level_rig}, {vehicle_grid});
 }
 
 std::size_t HostSpace::held_bytes() const {
