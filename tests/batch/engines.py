@@ -149,6 +149,8 @@ def kubernetes(folder: Path):
         skip("PyYAML is not installed")
     plan = make_plan(folder, scene(4))
     assert "--image" in tool("submit", plan, "--engine", "kubernetes", expect=64).stderr
+    no_utf8 = "\udcff"
+    assert "--claim" in tool("submit", plan, "--engine", "kubernetes", "--image", no_utf8, expect=64).stderr
     by_engine(folder, "kubernetes", "--image", "image:1", "--claim", "claim", "--tool", support.tool_path,
               "--shards-per-task", 3, env=with_stand_ins(folder, kubectl=KUBECTL))
 
