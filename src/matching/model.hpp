@@ -120,48 +120,31 @@ struct ConfidenceModel {
   ConfidenceWeights road;
 };
 
-// apart, for the vector code has functions of the same names
+// apart, for the vector code's functions of the same names take ConfidenceModel, too
 namespace single_numbers {
 #include "matching/checks/winner_formulas.hpp"
 }  // namespace single_numbers
+using single_numbers::subpixel_offset;
+using Winner = single_numbers::WinnerOf<int, float, bool>;
 
-/// Whether the road hypothesis can win: its disparity is 1 px or more.
-STEREOGRID_HD inline bool road_counts(std::int32_t road_65536) {
-  return road_65536 > 65535;
-}
-
-/// Match of the cheaper hypothesis at a pixel.
-struct Winner {
-  bool is_road;
+/// A Candidate's members as whole numbers.
+struct CandidateNumbers {
   int cost;
-  float disparity;    ///< px
-  int whole;          ///< px: the column of the right image that is claimed is u − whole
-  bool is_plausible;  ///< unique, cheap enough and within the disparities searched
-  bool is_ambiguous;  ///< upright and cheap enough, but not unique
-  float evidence;     ///< confidence_of makes a probability of it
+  int has_rivals;
+  int before;
+  int after;
+  int shift;
 };
 
-/// The paper's decision without a threshold (T-ITS 2012, III-C): road where the road hypothesis costs less.
 STEREOGRID_HD inline Winner winner_of(const Candidate& upright, const Candidate& level, std::int32_t road_65536,
                                       int disparities, bool subpixel, const ConfidenceModel& confidences) {
+  const auto numbers = [](const Candidate& of) {
+    return CandidateNumbers{of.cost, of.has_rivals, of.before, of.after, of.shift};
+  };
   const int lead{int{level.cost} - int{upright.cost}};
-  const bool is_road{road_counts(road_65536) && lead < 0};
-  const Candidate& chosen{is_road ? level : upright};
-  const auto costs = single_numbers::curve_of(int{chosen.cost}, int{chosen.before}, int{chosen.after});
-  const single_numbers::CostCurve<float> reals{real(costs.cost), real(costs.slope), real(costs.higher),
-                                               real(costs.lower)};
-  float disparity{real(chosen.shift)};
-  if (subpixel) disparity += single_numbers::subpixel_offset(reals.slope, reals.higher);
-  if (is_road) disparity += single_numbers::road_px(road_65536);
-  const bool is_cheap{costs.cost <= confidences.cost_limit};
-  return {is_road,
-          costs.cost,
-          disparity,
-          whole(disparity + 0.5f),
-          is_cheap && chosen.has_rivals == 0 && single_numbers::is_searched(disparity, disparities),
-          is_cheap && chosen.has_rivals != 0 && !is_road,
-          single_numbers::evidence_of(is_road ? confidences.road : confidences.upright, confidences.per_cost, reals,
-                                      real(Abs(lead)), disparity)};
+  const bool is_road{single_numbers::road_counts(road_65536) && lead < 0};
+  return single_numbers::winner_of(single_numbers::chosen_of(is_road, numbers(upright), numbers(level)), lead,
+                                   road_65536, disparities, subpixel, confidences);
 }
 
 /// Columns begin … end − 1.
@@ -172,7 +155,7 @@ struct Columns {
 
 /// Columns of a row where the road counts: none, all, or those up to an end of the row.
 inline Columns columns_of_road(const RoadRow& road, int width) {
-  const auto counts = [&](int u) { return road_counts(road.at(u)); };
+  const auto counts = [&](int u) { return single_numbers::road_counts(road.at(u)); };
   int low{0};
   for (int high{width}; low < high;) {
     const int middle{(low + high) / 2};

@@ -16,20 +16,23 @@ struct ClassifySpace {
   explicit ClassifySpace(int width);
 
   [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(whole, place, rank, labelled, confidence, claims);
+    return held_bytes_of(lead, place, rank, labelled, evidence, obstacle, on_road, confidence, claims);
   }
 
-  std::vector<std::int16_t> whole;    ///< [u]: Winner::whole
-  std::vector<std::uint16_t> place;   ///< [u]: 1 + column of the right image; 0 and width + 1: outside. Then its claim
-  std::vector<std::uint32_t> rank;    ///< [u]: cost << 16 | whole; the smallest claim of a place wins
-  std::vector<float> labelled;        ///< [u]: Winner::disparity, negative for road; 0: nothing; −0: ambiguous
-  std::vector<float> confidence;      ///< [u]: 0 where there is no disparity
+  std::vector<std::int16_t> lead;    ///< [u]: cost of the road hypothesis less that of the upright one
+  std::vector<std::uint32_t> place;  ///< [u]: 1 + column of the right image; 0 and width + 1: outside. Then its claim
+  std::vector<std::uint32_t> rank;   ///< [u]: cost << 16 | whole; the smallest claim of a place wins
+  std::vector<float> labelled;       ///< [u]: Winner::disparity, negative for road; 0: nothing
+  std::vector<float> evidence;       ///< [u]: Winner::evidence
+  std::vector<float> obstacle;       ///< [u]: results, where a whole vector has no room in the row
+  std::vector<float> on_road;
+  std::vector<float> confidence;
   std::vector<std::uint32_t> claims;  ///< [place]: smallest rank; outside: one with a disparity that no pixel has
 };
 
 /// One row of `decide`.
 struct DecideRow {
-  const RowCandidates& candidates;  ///< costs below 32768
+  RowCandidates& candidates;  ///< costs below 32768; upright ones become the chosen ones
   RoadRow road;
   const std::uint8_t* textured;  ///< [u]: 0: too little; readable up to width + 64
   int width;

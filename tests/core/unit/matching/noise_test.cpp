@@ -95,10 +95,6 @@ TEST(Confidence, TellsMatchesFromNoise) {
 }
 
 TEST(Subpixel, OffsetIsSymmetricAndSmall) {
-  const auto subpixel_offset = [](int before, int at, int after) {
-    const auto costs = single_numbers::curve_of(at, before, after);
-    return single_numbers::subpixel_offset(real(costs.slope), real(costs.higher));
-  };
   EXPECT_EQ(subpixel_offset(30, 10, 30), 0);
   EXPECT_EQ(subpixel_offset(10, 10, 10), 0);
   EXPECT_EQ(subpixel_offset(20, 10, 40), -subpixel_offset(40, 10, 20));
