@@ -98,7 +98,7 @@ class RangeWeigher {
     return cells;
   }
 
-  // Of the evidence that may start a moving cell.
+  // Takes the evidence that may start a moving cell.
   [[nodiscard]] WeighedCells taken() const {
     WeighedCells cells{};
     cells.masses = masses_of_row(state_, evidence_.front());

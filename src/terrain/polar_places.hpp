@@ -22,8 +22,8 @@ struct PolarPlaces {
 struct PolarGeometry {
   float focal_px;
   float focal_baseline_pxm;
-  float cx_px;     ///< of the pixels' left borders
-  float width_px;  ///< of the image
+  float cx_px;     ///< counted from the first pixel's left border
+  float width_px;  ///< width of the image
   int last_sector;
   float half_m;       ///< half a cell
   float ring_places;  ///< Rings::places
