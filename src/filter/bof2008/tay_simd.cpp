@@ -12,6 +12,7 @@
 #include "numbers_simd.hpp"
 
 #include <algorithm>
+#include <utility>
 
 HWY_BEFORE_NAMESPACE();
 namespace stereogrid {
@@ -28,11 +29,31 @@ struct alignas(64) RowBuffer {
   float cells[tile_columns + lanes_max];
 };
 
+void blend(const float* first, const float* second, float share, int width, float* out) {
+  for_shrinking_vectors(Float{}, 0, width, [&](auto d, int x) {
+    hn::StoreU(between(hn::LoadU(d, first + x), hn::LoadU(d, second + x), hn::Set(d, share)), d, out + x);
+  });
+}
+
 /// P(v) and P(occupied, v) of a row's cells.
+struct Pair {
+  float* velocity;
+  float* occupied;
+
+  [[nodiscard]] Pair next() const { return {velocity + 1, occupied + 1}; }
+};
+
 struct PairBuffer {
   RowBuffer velocity;
   RowBuffer occupied;
+
+  [[nodiscard]] Pair pair() { return {velocity.cells, occupied.cells}; }
 };
+
+void blend(Pair first, Pair second, float share, int width, Pair out) {
+  blend(first.velocity, second.velocity, share, width, out.velocity);
+  blend(first.occupied, second.occupied, share, width, out.occupied);
+}
 
 // Rows of the last state, with the noise of velocity k, and the prior outside the window.
 class Source {
@@ -44,8 +65,10 @@ class Source {
         occupied_border_{border_ * still_occupied(tile.step, 0.5f)},
         from_{tile.after.space.from[k]} {}
 
+  [[nodiscard]] const Antecedents& from() const { return from_; }
+
   // out[i] = column x_begin + ix + i of row y + iy, for i < count
-  void fetch(int y, int count, PairBuffer& out) const {
+  void fetch(int y, int count, Pair out) const {
     const FilterSpace& space{tile_.after.space};
     const auto [row, begin, end] = span(y, count);
     const float* still{space.still_occupied.row(row) + first()};
@@ -80,16 +103,16 @@ class Source {
     return {row, begin, std::clamp(cells - first(), begin, count)};
   }
 
-  void fill(int begin, int end, PairBuffer& out) const {
-    std::fill(out.velocity.cells + begin, out.velocity.cells + end, border_);
-    std::fill(out.occupied.cells + begin, out.occupied.cells + end, occupied_border_);
+  void fill(int begin, int end, Pair out) const {
+    std::fill(out.velocity + begin, out.velocity + end, border_);
+    std::fill(out.occupied + begin, out.occupied + end, occupied_border_);
   }
   template <class Velocity>
-  HWY_INLINE static void take(int begin, int end, const float* still, PairBuffer& out, const Velocity& velocity) {
+  HWY_INLINE static void take(int begin, int end, const float* still, Pair out, const Velocity& velocity) {
     for_shrinking_vectors(Float{}, begin, end, [&](auto d, int x) {
       const auto mass = velocity(d, x);
-      hn::StoreU(mass, d, out.velocity.cells + x);
-      hn::StoreU(hn::Mul(mass, hn::LoadU(d, still + x)), d, out.occupied.cells + x);
+      hn::StoreU(mass, d, out.velocity + x);
+      hn::StoreU(hn::Mul(mass, hn::LoadU(d, still + x)), d, out.occupied + x);
     });
   }
 
@@ -100,6 +123,34 @@ class Source {
   Antecedents from_;
 };
 
+// P(v_k) into after.velocity and P(occupied, v_k) into `occupied`, both predicted: interpolated between the antecedents
+// along x and y.
+void gather(const LatticeTile& tile, std::size_t k, RowBuffer* occupied) {
+  const Source source{tile, k};
+  const auto [ix, iy, fx, fy] = source.from();
+  PairBuffer raw;
+  PairBuffer rows[2];
+  Pair here{rows[0].pair()};
+  Pair next{rows[1].pair()};
+  const int columns{tile.columns()};
+  const auto along_x = [&, fx = fx](int y, Pair to) {
+    if (fx == 0) return source.fetch(y, columns, to);
+    source.fetch(y, columns + 1, raw.pair());
+    blend(raw.pair(), raw.pair().next(), fx, columns, to);
+  };
+  if (fy != 0) along_x(tile.y_begin, here);
+  for (int y{tile.y_begin}; y < tile.y_end; ++y) {
+    const Pair out{tile.after.velocity[k].row(y) + tile.x_begin, occupied[y - tile.y_begin].cells};
+    if (fy == 0) {
+      along_x(y, out);
+      continue;
+    }
+    along_x(y + 1, next);
+    blend(here, next, fy, columns, out);
+    std::swap(here, next);
+  }
+}
+
 // Sums over the lattice's present row.
 struct RowOfLattice {
   float mass[tile_columns];
@@ -108,42 +159,19 @@ struct RowOfLattice {
   float all[tile_columns];  // tay2008: Σ l(k)
 };
 
-// P(v_k) and P(occupied, v_k), predicted: interpolated between the antecedents along x, then along y; then the update.
-// `stands`: velocity k is standstill.
-template <bool stands>
-HWY_NOINLINE void update_tay(const LatticeTile& tile, std::size_t k, float vx_mps, const PairBuffer* before,
-                             TayRow* rows, RowOfLattice* sums) {
-  const Antecedents from{tile.after.space.from[k]};
-  Image<float>& velocity{tile.after.velocity[k]};
-  const int count{tile.rows()};
+void update_tay(const LatticeTile& tile, float vx_mps, const float* occupied, float* velocity, const TayRow& row,
+                RowOfLattice& sums) {
   for_shrinking_vectors(Float{}, 0, tile.columns(), [&](auto d, int x) {
-    const auto fx = hn::Set(d, from.fx);
-    const auto fy = hn::Set(d, from.fy);
-    const auto vx = hn::Set(d, vx_mps);
-    const auto along_x = [&](const RowBuffer& of) {
-      return between(hn::LoadU(d, of.cells + x), hn::LoadU(d, of.cells + x + 1), fx);
-    };
-    auto all = along_x(before[0].velocity);
-    auto occupied = along_x(before[0].occupied);
-    for (int i{0}; i < count; ++i) {
-      const auto next_all = along_x(before[i + 1].velocity);
-      const auto next_occupied = along_x(before[i + 1].occupied);
-      const auto load = [&](const float* of) { return hn::LoadU(d, of + x); };
-      TayRow& row{rows[i]};
-      RowOfLattice& sum{sums[i]};
-      const auto updated = tay_update(between(all, next_all, fy), between(occupied, next_occupied, fy),
-                                      load(row.likelihood_occupied), load(row.likelihood_empty));
-      hn::StoreU(updated.all, d, velocity.row(tile.y_begin + i) + tile.x_begin + x);
-      if constexpr (stands) hn::StoreU(updated.occupied, d, row.standing + x);
-      hn::StoreU(hn::Add(load(sum.all), updated.all), d, sum.all + x);
-      LatticeRowSums<hn::Vec<decltype(d)>> of_row{load(sum.mass), load(sum.x), load(sum.xx)};
-      of_row.add(vx, updated.occupied);
-      hn::StoreU(of_row.mass, d, sum.mass + x);
-      hn::StoreU(of_row.x, d, sum.x + x);
-      hn::StoreU(of_row.xx, d, sum.xx + x);
-      all = next_all;
-      occupied = next_occupied;
-    }
+    const auto load = [&](const float* from) { return hn::LoadU(d, from + x); };
+    const auto updated =
+        tay_update(load(velocity), load(occupied), load(row.likelihood_occupied), load(row.likelihood_empty));
+    hn::StoreU(updated.all, d, velocity + x);
+    hn::StoreU(hn::Add(load(sums.all), updated.all), d, sums.all + x);
+    LatticeRowSums<hn::Vec<decltype(d)>> sum{load(sums.mass), load(sums.x), load(sums.xx)};
+    sum.add(hn::Set(d, vx_mps), updated.occupied);
+    hn::StoreU(sum.mass, d, sums.mass + x);
+    hn::StoreU(sum.x, d, sums.x + x);
+    hn::StoreU(sum.xx, d, sums.xx + x);
   });
 }
 
@@ -160,9 +188,13 @@ void add_lattice_row(float vy, int columns, const RowOfLattice& row, TileSums& s
   }
 }
 
+void keep_standing(const float* occupied, int columns, TayRow& row) {
+  for (int x{0}; x < columns; ++x) row.standing[x] = row.likelihood_occupied[x] * occupied[x];
+}
+
 void PredictTay(const LatticeTile& tile, TayRow* rows) {
-  const int count{tile.rows()};
-  PairBuffer before[tile_rows + 1];
+  const int count{tile.y_end - tile.y_begin};
+  RowBuffer occupied[tile_rows];
   RowOfLattice of_row[tile_rows];
   for (int i{0}; i < count; ++i) {
     std::fill(rows[i].evidence, rows[i].evidence + tile_columns, 0.0f);
@@ -172,11 +204,12 @@ void PredictTay(const LatticeTile& tile, TayRow* rows) {
   for (const float vy_mps : tile.tables.axis_mps) {
     std::fill(of_row, of_row + count, RowOfLattice{});
     for (const float vx_mps : tile.tables.axis_mps) {
-      const Source source{tile, k};
-      for (int i{0}; i <= count; ++i) source.fetch(tile.y_begin + i, tile.columns() + 1, before[i]);
-      const bool stands{static_cast<int>(k) == tile.step.standstill()};
-      stands ? update_tay<true>(tile, k, vx_mps, before, rows, of_row)
-             : update_tay<false>(tile, k, vx_mps, before, rows, of_row);
+      gather(tile, k, occupied);
+      for (int i{0}; i < count; ++i) {
+        float* velocity{tile.after.velocity[k].row(tile.y_begin + i) + tile.x_begin};
+        update_tay(tile, vx_mps, occupied[i].cells, velocity, rows[i], of_row[i]);
+        if (static_cast<int>(k) == tile.step.standstill()) keep_standing(occupied[i].cells, tile.columns(), rows[i]);
+      }
       ++k;
     }
     for (int i{0}; i < count; ++i) {

@@ -22,7 +22,6 @@ struct LatticeTile {
   int y_end;
 
   [[nodiscard]] int columns() const { return x_end - x_begin; }
-  [[nodiscard]] int rows() const { return y_end - y_begin; }
 };
 
 /// VelocitySums of the cells in a tile's row.
