@@ -33,10 +33,7 @@ STEREOGRID_HD inline float ruled(float occupancy, CellRule rule) {
   return rule == CellRule::edge ? Max(occupancy, ruled_edge) : occupancy;
 }
 
-/// Number of cells that have a rule together.
-constexpr int ruled_together{16};
-
-/// They have the same rule. Two comparisons instead of a call of std::memcmp.
+/// Sixteen cells have the same rule. Two comparisons instead of a call of std::memcmp.
 inline bool are_alike(const CellRule* rules) {
   static_assert(sizeof(CellRule) == 1);
   std::uint64_t halves[2];
@@ -47,30 +44,19 @@ inline bool are_alike(const CellRule* rules) {
 /// Calls work(begin, end, rule) for all cells of a row: for sixteen of the same rule, or for one.
 template <class Work>
 void for_cells(const CellRule* rules, int cells, const Work& work) {
-  for (int i{0}; i < cells; i += ruled_together) {
-    if (i + ruled_together <= cells && are_alike(rules + i)) {
-      work(i, i + ruled_together, rules[i]);
+  constexpr int many{16};
+  for (int i{0}; i < cells; i += many) {
+    if (i + many <= cells && are_alike(rules + i)) {
+      work(i, i + many, rules[i]);
       continue;
     }
-    for (int k{i}; k < std::min(i + ruled_together, cells); ++k) work(k, k + 1, rules[k]);
+    for (int k{i}; k < std::min(i + many, cells); ++k) work(k, k + 1, rules[k]);
   }
-}
-
-/// As many cells are ½.
-inline bool are_half(const float* occupancy) {
-  std::uint64_t pairs[ruled_together / 2];
-  std::memcpy(pairs, occupancy, sizeof(pairs));
-  constexpr std::uint64_t half{0x3F0000003F000000U};
-  std::uint64_t others{0};
-  for (const std::uint64_t pair : pairs) others |= pair ^ half;
-  return others == 0;
 }
 
 /// Applies ruled() to a row.
 inline void apply_rules(const CellRule* rules, int cells, float* occupancy) {
   for_cells(rules, cells, [occupancy](int begin, int end, CellRule rule) {
-    const bool keeps_half{rule <= CellRule::not_free};
-    if (keeps_half && end - begin == ruled_together && are_half(occupancy + begin)) return;
     const auto apply = [&](CellRule to_all) {
       for (int i{begin}; i < end; ++i) occupancy[i] = ruled(occupancy[i], to_all);
     };
