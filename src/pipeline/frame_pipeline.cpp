@@ -199,7 +199,8 @@ void FramePipeline::keep_near_ground(const LevelFrame& frame, const Ground& expe
   stages_->set_ground(near);
 }
 
-// Uses a slope that fills the view as the ground of a frame that contradicts the given extrinsics.
+// Matches on a slope that fills the view and contradicts the given extrinsics. Their plane stays the ground, and the
+// slope is relief over it.
 void FramePipeline::find_slope(const LevelFrame& frame) {
   slope_ = std::nullopt;
   if (!terrain_ || !config_.ground.estimate || !has_measured_ground_) return;
@@ -213,9 +214,8 @@ void FramePipeline::find_slope(const LevelFrame& frame) {
   const Point2 place{frame.world_from_vehicle.x_m, frame.world_from_vehicle.y_m};
   slope_ = extrinsics_search_.find_slope(extrinsics_samples_, place);
   if (!slope_) return;
-  slope_ = with_covariance(*slope_, covariance_of(calibrated_ground(rig_, config_.ground)));
   match(*slope_, false);
-  stages_->set_ground(*slope_);
+  stages_->set_ground(calibrated_ground(rig_, config_.ground));
 }
 
 // A search that has failed is not repeated for some frames.
@@ -276,9 +276,9 @@ Rejection FramePipeline::check_extrinsics(const LevelFrame& frame, Rejection rej
 }
 
 Rejection FramePipeline::validate(const LevelFrame& frame) {
-  const bool jumps{!slope_ && is_jump(stages_->ground())};
+  const bool jumps{is_jump(stages_->ground())};
   ground_ = stages_->ground();
-  Rejection rejection{validator_.validate(matched(frame), ground_, frame.dt_s)};
+  Rejection rejection{validator_.validate(matched(frame), slope_.value_or(ground_), frame.dt_s)};
   if (jumps && rejection == Rejection::none) rejection.reason = Rejection::plane_contradicted;
   return rejection;
 }
@@ -293,8 +293,6 @@ Rejection FramePipeline::settle(const LevelFrame& frame, Rejection rejection, co
     // plausible by lasting.
     const bool lies_elsewhere{rejection == Rejection::plane_contradicted || rejection == Rejection::falls_away};
     if (config_.ground.estimate) ground_ = lies_elsewhere && has_measured_ground_ ? before.previous : before.expected;
-    // the slope of the frame before
-    if (!is_within_gates(rig_, config_.ground, ground_)) ground_ = calibrated_ground(rig_, config_.ground);
     ground_.estimated = false;
     scene_flow_.clear();
   }
