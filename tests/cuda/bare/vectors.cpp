@@ -11,6 +11,7 @@
 #include "matching/correlation/correlate_simd.hpp"
 #include "matching/surfaces_simd.hpp"
 #include "obstacles/segmentation/upright_row.hpp"
+#include "plain_places.hpp"
 #include "terrain/medians.hpp"
 
 namespace stereogrid {
@@ -49,6 +50,11 @@ void find_upright(const float* row, int width, int begin, int end, const Upright
 
 void find_medians(View<const float> obstacle, View<const float> road, int column, RowRange rows, float* medians) {
   plain::find_medians(obstacle, road, column, rows, medians);
+}
+
+void find_places(const PolarGeometry& geometry, const CellPlaces& cells, int ix, int step, int iy,
+                 PolarPlaces& places) {
+  places = test::plain_places(geometry, cells, ix, step, iy);
 }
 
 }  // namespace stereogrid
