@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -28,7 +29,7 @@ struct CellIndex {
 /// True if a probability of occupancy is observed. Values within 0.05 of 0.5 are unknown, as in the scores
 /// (docs/evaluation.md). NaN is unknown.
 [[nodiscard]] constexpr bool is_known(float occupancy) {
-  return occupancy - 0.5f > 0.05f || 0.5f - occupancy > 0.05f;
+  return std::max(occupancy - 0.5f, 0.5f - occupancy) > 0.05f;  // no branch: loops become vectors
 }
 
 /// Position and size of a grid. Cell (ix, iy) covers [x_min + ix·s, +s) × [y_min + iy·s, +s), in metres. Arrays over a

@@ -84,7 +84,6 @@ float factor_of_hidden(Around around, float occupancy, Point2 place) {
 
 // Cells that stay as they are: seen as free, or unknown in both grids. Without branches, for vectors.
 bool are_kept(const float* seen, const float* occupancies) {
-  const auto is_known = [](float p) { return std::max(p - 0.5f, 0.5f - p) > 0.05f; };  // as that of grid.hpp
   int changes{0};
   for (int i{0}; i < cells_together; ++i) {
     const bool is_shown{is_known(seen[i])};
