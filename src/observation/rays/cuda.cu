@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "observation/rays/cuda.hpp"
 
+#include "backend/warp.cuh"
+
 namespace stereogrid {
 namespace {
 
@@ -78,18 +80,28 @@ __global__ void sum_bins(PackedRays* sums, int columns, int bins) {
   sum_line(sums + u * bins, u < columns ? bins : 0, 1, static_cast<int>(threadIdx.x), shares[threadIdx.y]);
 }
 
-// RaySpace::stop_at_pattern. A thread per column.
+// RaySpace::stop_at_pattern. A warp per column, a lane per row that may be a pattern's foot.
 __global__ void stop_at_patterns(Counting counting, MatchViews matches) {
-  const int u{static_cast<int>(blockIdx.x * threads + threadIdx.x)};
+  const int u{static_cast<int>(blockIdx.x * threads + threadIdx.x) / warp};
+  const int lane{static_cast<int>(threadIdx.x) % warp};
+  const int height{matches.road.height};
   if (u >= matches.road.width) return;
+  const auto pixel = [&](int v) { return matches.obstacle(u, v); };
   const auto row = [&](int v) -> const RayRow& {
     const RayRow* const on_plane{counting.rows + v + counting.margin - counting.shift[u]};
     if (counting.relief.is_plane()) return *on_plane;
     return on_plane[counting.relief.rows_at(u, static_cast<float>(on_plane->first) / ray_bins_per_px)];
   };
-  const int bins{opaque_bins(
-      matches.road.height, *counting.upright, [&](int v) { return matches.obstacle(u, v); }, row)};
-  stop_rays(bins, counting.sums + (u + 1) * (counting.bins + 1));
+  for (int lowest{height - 1}; lowest >= 0; lowest -= warp) {
+    const int v{lowest - lane};
+    const bool can_be_foot{v >= 0 && is_ambiguous(pixel(v))};
+    const int bins{can_be_foot ? bins_to_foot(v, height, *counting.upright, pixel, row) : no_foot};
+    const unsigned feet{__ballot_sync(whole_warp, bins != no_foot ? 1 : 0)};
+    if (feet == 0) continue;
+    const int to_lowest{__shfl_sync(whole_warp, bins, __ffs(static_cast<int>(feet)) - 1)};
+    stop_rays(to_lowest, counting.sums + (u + 1) * (counting.bins + 1), lane, warp);
+    return;
+  }
 }
 
 // Sums over the columns of a bin; neighbouring threads read neighbouring bins.
@@ -142,7 +154,7 @@ void count_rays(Cuda& cuda, const MatchViews& matches, const Rig& rig, const Gro
   launch(cuda, count_pixels, blocks_of(space.width, space.height), dim3{block_width, block_height}, 0, counting,
          matches);
   launch(cuda, sum_bins, blocks_for(columns, lines), dim3{line_threads, lines}, 0, space.sums.data(), columns, bins);
-  launch(cuda, stop_at_patterns, blocks_for(space.width, threads), threads, 0, counting, matches);
+  launch(cuda, stop_at_patterns, blocks_for(space.width * warp, threads), threads, 0, counting, matches);
   launch(cuda, sum_columns, blocks_for(bins, lines), dim3{lines, line_threads}, 0, space.sums.data(), columns, bins);
 }
 

@@ -95,33 +95,45 @@ STEREOGRID_HD inline void count_ray(float obstacle, float road, const RayRow& ro
   if (bin < row.end && row.first < row.end && row.end < bins) add(row.end, PackedRays{0} - arriving_ray);
 }
 
+/// Nothing repeats from this row on.
+constexpr int no_foot{-1};
+
+/// Bins from 0 to the foot of a repeating pattern whose lowest ambiguous pixel is in row v; 0: not below the horizon, so
+/// no row above is a foot either; no_foot: too few are ambiguous. See opaque_bins.
+template <class Pixel, class Row>
+STEREOGRID_HD inline int bins_to_foot(int v, int height, const UprightRange& range, const Pixel& pixel,
+                                      const Row& row) {
+  constexpr int foot_rows{6};  // half of a window with its census, below the lowest ambiguous pixel
+  const RayRow& foot{row(v)};
+  if (!(foot.drop > 0)) return 0;
+  const float disparity{static_cast<float>(foot.first) / ray_bins_per_px};
+  const float top{2 * range.bottom_drop_m * disparity - foot.drop};
+  int rows{0};
+  int ambiguous{0};
+  for (int above{v}; above >= 0 && row(above).drop >= top; --above) {
+    ++rows;
+    ambiguous += is_ambiguous(pixel(above)) ? 1 : 0;
+  }
+  if (ambiguous < least_ambiguous || 3 * ambiguous < rows) return no_foot;
+  return row(v + foot_rows < height ? v + foot_rows : v).first + 1;
+}
+
 /// Bins from 0 to the foot of a repeating pattern, which no ray of a column passes; 0: no pattern. An ambiguous pixel
 /// shows something nearer than the ground of its row. The foot is the lowest row from which a third of the pixels are
 /// ambiguous, up to twice the least height of obstacles. `pixel(v)`: obstacle disparity; `row(v)`: RayRow.
 template <class Pixel, class Row>
 STEREOGRID_HD inline int opaque_bins(int height, const UprightRange& range, const Pixel& pixel, const Row& row) {
-  constexpr int foot_rows{6};  // half of a window with its census, below the lowest ambiguous pixel
   for (int v{height - 1}; v >= 0; --v) {
     if (!is_ambiguous(pixel(v))) continue;
-    const RayRow& foot{row(v)};
-    if (!(foot.drop > 0)) return 0;
-    const float disparity{static_cast<float>(foot.first) / ray_bins_per_px};
-    const float top{2 * range.bottom_drop_m * disparity - foot.drop};
-    int rows{0};
-    int ambiguous{0};
-    for (int above{v}; above >= 0 && row(above).drop >= top; --above) {
-      ++rows;
-      ambiguous += is_ambiguous(pixel(above)) ? 1 : 0;
-    }
-    if (ambiguous < least_ambiguous || 3 * ambiguous < rows) continue;
-    return row(v + foot_rows < height ? v + foot_rows : v).first + 1;
+    const int bins{bins_to_foot(v, height, range, pixel, row)};
+    if (bins != no_foot) return bins;
   }
   return 0;
 }
 
-/// Removes the rays of a column's sums that arrive before a bin.
-STEREOGRID_HD inline void stop_rays(int bins, PackedRays* sums) {
-  for (int k{0}; k < bins; ++k) sums[k] %= arriving_ray;
+/// Removes the rays of a column's sums that arrive before a bin; of those from `first` on, every `step`-th.
+STEREOGRID_HD inline void stop_rays(int bins, PackedRays* sums, int first = 0, int step = 1) {
+  for (int k{first}; k < bins; k += step) sums[k] %= arriving_ray;
 }
 
 /// Sums over all bins before k and all columns before u: (width + 1) rows, by u, of bins + 1. The look-ups of a cell
