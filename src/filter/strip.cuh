@@ -2,16 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "backend/warp.cuh"
 #include "filter/cuda.hpp"
 #include "filter/model.hpp"
 
 namespace stereogrid {
 
-constexpr int warp{32};
 constexpr int strip_columns{warp - 1};  // a lane more reads the neighbour of the last one
 constexpr int strip_rows{4};
 constexpr int warps_max{6};
-constexpr unsigned whole_warp{0xffffffffu};
 
 // A block has a strip of 31 × 4 cells, a warp of it some rows of the lattice.
 

@@ -1,13 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
+#include "backend/warp.cuh"
 #include "filter/joint/blocks.cuh"
 #include "filter/layers.cuh"
 
 namespace stereogrid {
 namespace {
 
-constexpr int warp{32};
-constexpr unsigned whole_warp{0xffffffffu};
 constexpr int warps{4};
 constexpr int blocks{512};
 

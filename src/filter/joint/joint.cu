@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 
+#include "backend/warp.cuh"
 #include "filter/joint/blocks.cuh"
 #include "filter/layers.cuh"
 
@@ -9,6 +10,8 @@ namespace stereogrid {
 namespace {
 
 constexpr int row_threads{128};
+constexpr int warp_rows{warp / block_columns};
+constexpr int lattice_warps_max{16};
 
 // Input of the prediction for each cell, the source cells of each velocity's masses, and the moving cells. A block of
 // threads for each block of cells. Components of the prepared numbers: x scale, y birth mass of each moving velocity, z
@@ -122,31 +125,39 @@ struct Observed {
   CellView view;
 };
 
-// Filters a cell whose block has masses: arriving masses and their update. `here`: the cell of the last state at this
-// place; negative: new in the window.
-__device__ FilteredCell filter_masses(const Target& target, const float* speed_mps, int here, const Observed& observed,
-                                      int slot, const JointPointers& after) {
+// Standing mass that arrives in a cell. `here`: the cell of the last state at this place; negative: new in the window.
+__device__ float arrived_standing(const Target& target, int here) {
+  return here < 0 ? new_to_the_window(target.step).standing : target.prepared[here].w;
+}
+
+// The masses of row j of the lattice that arrive in a cell whose block has masses.
+__device__ LatticeRowSums<float> arrive(const Target& target, const float* speed_mps, int here, int slot, int j,
+                                        float* mass_after) {
   const FilterStep& step{target.step};
-  const EvenArrived is_new{new_to_the_window(step)};
-  const float standing{here < 0 ? is_new.standing : target.prepared[here].w};
-  VelocitySums sums;
-  for (int j{0}; j < step.side; ++j) {
-    LatticeRowSums<float> row;
-    for (int i{0}; i < step.side; ++i) {
-      const int k{j * step.side + i};
-      const float moving{k == step.standstill() || here < 0 ? is_new.each : target.gathered(k)};
-      const float mass{k == step.standstill() ? standing : moving};
-      row.add(speed_mps[i], mass);
-      after.mass[mass_index(slot, step.velocities(), k, target.x, target.y)] = mass;
-    }
-    sums.add(speed_mps[j], row);
+  LatticeRowSums<float> row;
+  for (int i{0}; i < step.side; ++i) {
+    const int k{j * step.side + i};
+    const float moving{here < 0 ? new_to_the_window(step).each : target.gathered(k)};
+    const float mass{k == step.standstill() ? arrived_standing(target, here) : moving};
+    row.add(speed_mps[i], mass);
+    mass_after[mass_index(slot, step.velocities(), k, target.x, target.y)] = mass;
   }
+  return row;
+}
+
+// Updates a cell whose block has masses, from the sums of the lattice's rows.
+__device__ FilteredCell filter_masses(const Target& target, const float* speed_mps, int here, const Observed& observed,
+                                      const LatticeRowSums<float>* of_row, const JointPointers& after) {
+  const FilterStep& step{target.step};
+  VelocitySums sums;
+  for (int j{0}; j < step.side; ++j) sums.add(speed_mps[j], of_row[j * warp]);
   const JointUpdate update{joint_update(step, sums.mass, observed.age_before_s, observed.likelihood, observed.view)};
   const int i{target.y * target.cells + target.x};
   after.scale[i] = update.scale;
   after.born_standing[i] = update.born_standing;
   after.born_moving[i] = update.born_moving;
-  return {update.occupancy, update.scale * standing + update.born_standing, updated(step, update, sums)};
+  return {update.occupancy, update.scale * arrived_standing(target, here) + update.born_standing,
+          updated(step, update, sums)};
 }
 
 __device__ FilteredCell filter_evenly(const Target& target, int here, const Observed& observed) {
@@ -161,27 +172,35 @@ struct Tables {
   const float* likelihoods;
 };
 
-// A block of threads for each block of cells.
-__global__ void __launch_bounds__(block_cells)
+// The lanes of a warp are some rows of a block of cells; the warps of a block of threads share the rows of the lattice.
+__global__ void __launch_bounds__(warp* lattice_warps_max)
     filter_cells(const FilterMotion* motion, Tables tables, const Antecedents* from, const float4* prepared,
                  const float* even, const float* spread, const CellBox* moving, View<const float, Device> observed,
                  JointPointers before, JointPointers after, LayerPointers layers) {
   const int cells{observed.width};
-  const int x{static_cast<int>(blockIdx.x) * block_columns + static_cast<int>(threadIdx.x)};
-  const int y{static_cast<int>(blockIdx.y) * block_rows + static_cast<int>(threadIdx.y)};
-  if (x >= cells || y >= cells) return;
+  const int lane{static_cast<int>(threadIdx.x)};
+  const int x{static_cast<int>(blockIdx.x) * block_columns + lane % block_columns};
+  const int y{static_cast<int>(blockIdx.y) * warp_rows + lane / block_columns};
   const Target target{motion->step, from, prepared, even, spread, moving, before, cells, x, y};
+  const bool is_cell{x < cells && y < cells};
   const int ax{x + motion->moved_x};
   const int ay{y + motion->moved_y};
   const int here{target.inside(ax, ay) ? ay * cells + ax : -1};
+  // all cells of this block of threads belong to one block, the first of them lies in the window
+  const int slot{after.slots[BlockLayout{cells}.block_of(x - lane % block_columns, y - lane / block_columns)]};
+  LatticeRowSums<float>* const of_row{dynamic_shared<LatticeRowSums<float>>() + lane};
+  for (int j{static_cast<int>(threadIdx.y)}; j < target.step.side && slot >= 0 && is_cell; j += blockDim.y) {
+    of_row[j * warp] = arrive(target, tables.speed_mps, here, slot, j, after.mass);
+  }
+  __syncthreads();
+  if (threadIdx.y != 0 || !is_cell) return;
   const float seen{observed(x, y)};
   const bool was_unseen{here < 0 ||
                         is_as_unseen(motion->step, before.occupancy[here], before.standing[here], before.age_s[here])};
   const Observed what{here < 0 ? INFINITY : before.age_s[here], seen == 0.5f && was_unseen,
                       likelihood_of(tables.likelihoods, seen), view_of(motion->step, x, y)};
-  const int slot{after.slots[BlockLayout{cells}.block_of(x, y)]};
   const FilteredCell cell{slot < 0 ? filter_evenly(target, here, what)
-                                   : filter_masses(target, tables.speed_mps, here, what, slot, after)};
+                                   : filter_masses(target, tables.speed_mps, here, what, of_row, after)};
   const int i{y * cells + x};
   after.occupancy[i] = layers.occupancy[i] = cell.occupancy;
   after.standing[i] = cell.standing;
@@ -203,7 +222,9 @@ void filter_joint(Cuda& cuda, FilterOnDevice& filter, const FilterMotion* motion
   begin_reached_blocks(cuda, filter, motion, after);
   launch(cuda, spread_along_x, blocks_for(cells * cells, row_threads), row_threads, 0, motion, filter.from.data(),
          filter.even.data(), cells, filter.spread.data());
-  launch(cuda, filter_cells, blocks, block, 0, motion,
+  const int lattice_warps{filter.side < lattice_warps_max ? filter.side : lattice_warps_max};
+  launch(cuda, filter_cells, dim3{blocks.x, blocks_for(cells, warp_rows)},
+         dim3{warp, static_cast<unsigned>(lattice_warps)}, sizeof(LatticeRowSums<float>) * warp * filter.side, motion,
          Tables{filter.rounded_speed_mps.data(), filter.likelihood.data()}, filter.from.data(), filter.prepared.data(),
          filter.even.data(), filter.spread.data(), filter.moving.data(), observed, joint_pointers(before),
          joint_pointers(after), pointers(layers));

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
+#include "backend/warp.cuh"
 #include "observation/u_disparity/cuda.hpp"
 
 namespace stereogrid {
 namespace {
 
 // A block has 32 columns, a lane each, and all their rows.
-constexpr int warp{32};
 constexpr int count_warps{32};
 constexpr int rows_at_once{4};
 

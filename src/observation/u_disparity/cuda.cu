@@ -4,12 +4,12 @@
 
 #include <string>
 
+#include "backend/warp.cuh"
 #include "stereogrid/error.hpp"
 
 namespace stereogrid {
 namespace {
 
-constexpr int warp{32};
 constexpr int place_threads{128};
 constexpr int bins_max{256};
 constexpr int infer_rows{8};
