@@ -84,10 +84,10 @@ struct FitSpace {
   double total[sums_max];
   int counts[residual_bins][warp];  // a column per lane, so that the lanes of a warp do not meet
   int in_bin[residual_bins];
+  double radius_px;  // not beside what the threads read while the first one writes this: loads are of 16 bytes
   Matrix3 tether;
   double plane[3];  // at_centre, per_u, per_v
   float moved[3];   // difference of its numbers from the expected ones
-  double radius_px;
   double largest_step;
 };
 
