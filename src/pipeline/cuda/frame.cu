@@ -63,7 +63,8 @@ FrameLayout::FrameLayout(const Rig& rig)
       given_end{left + pixels_of(rig) * sizeof(float)},
       lattice{next_part(sizeof(FrameFromDevice))},
       obstacle{next_part(lattice + static_cast<std::size_t>(lattice_size(rig)) * sizeof(float))},
-      answer_end{obstacle + pixels_of(rig) * sizeof(float)} {}
+      road{next_part(obstacle + pixels_of(rig) * sizeof(float))},
+      answer_end{road + pixels_of(rig) * sizeof(float)} {}
 
 PackedGrids::PackedGrids(const GridGeometry& vehicle_grid, int window_cells)
     : vehicle_cells{size_of(vehicle_grid)},
@@ -109,7 +110,7 @@ DeviceMemory::DeviceMemory(Cuda& cuda, const Config& config, const Rig& rig, con
       lattice{lattice_of(rig).across, lattice_of(rig).down, at<float>(output, layout.lattice)},
       aligned{rig.width_px, rig.height_px},
       masked{rig.width_px, rig.height_px},
-      matches{rig.width_px, rig.height_px, at<float>(output, layout.obstacle)},
+      matches{rig.width_px, rig.height_px, at<float>(output, layout.obstacle), at<float>(output, layout.road)},
       matching{rig.width_px, rig.height_px, config.matching},
       ground{rig.width_px, rig.height_px},
       u_disparity{cuda, UDisparityTables{{config.u_disparity, config.paper}, rig.height_px, config.matching.window_px},

@@ -61,6 +61,7 @@ struct FrameLayout {
   // FrameFromDevice, and behind it the matches read by the host
   std::size_t lattice;   ///< see gather_lattice
   std::size_t obstacle;  ///< disparities of obstacles
+  std::size_t road;      ///< and of the road
   std::size_t answer_end;
 };
 
@@ -95,6 +96,7 @@ struct HostMemory {
   [[nodiscard]] FrameFromDevice& answer() { return *at<FrameFromDevice>(output, 0); }
   [[nodiscard]] const float* lattice() { return at<float>(output, layout.lattice); }
   [[nodiscard]] const float* obstacle() { return at<float>(output, layout.obstacle); }
+  [[nodiscard]] const float* road() { return at<float>(output, layout.road); }
 
   FrameLayout layout;
   PinnedBuffer<std::byte> input;
