@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Times the whole chain, from images in memory to obstacles, stage by stage: wall-clock time on two threads, or as many
-// as the second argument says, for the presets and both matchers, and as on a processor with AVX2 only, in turns. The
-// first argument is a recording, on a grid of 150 × 100 cells; without it, or empty, a built-in scene of the paper's
-// size takes its place (512 × 320 px, 64 disparities, 100 × 100 cells).
+// as the second argument says, for the presets and both matchers, and as on a processor with AVX2 only, in turns, and
+// on a GPU where there is one. The first argument is a recording, on a grid of 150 × 100 cells; without it, or empty, a
+// built-in scene of the paper's size takes its place (512 × 320 px, 64 disparities, 100 × 100 cells).
 #include <hwy/targets.h>
 
 #include <algorithm>
@@ -53,6 +53,7 @@ struct Setting {
   const char* preset;
   MatchingMethod method;
   std::int64_t instructions{0};  ///< Highway target; 0: the machine's best
+  BackEnd back_end{BackEnd::cpu};
   std::vector<StageTimes> times{};
 };
 
@@ -62,7 +63,7 @@ void drive(const Rig& rig, const std::vector<StereoFrame>& frames, double length
   Config config{preset(setting.preset)};
   config.matching.method = setting.method;
   config.grid.length_m = length_m;
-  Pipeline pipeline{config, rig, {.threads = threads, .stages = false}};
+  Pipeline pipeline{config, rig, {.back_end = setting.back_end, .threads = threads, .stages = false}};
   for (std::size_t i{0}; i < frames.size(); ++i) {
     const StageTimes& taken{pipeline.process(frames[i]).timing_ms};
     if (i >= warm_up_frames) setting.times.push_back(taken);
@@ -89,6 +90,11 @@ void run(const char* recording, int threads) {
   if ((hwy::SupportedTargets() & HWY_AVX2) != 0) {
     settings.push_back({"default, AVX2", "default", MatchingMethod::correlation, HWY_AVX2});
     settings.push_back({"paper, AVX2", "paper", MatchingMethod::correlation, HWY_AVX2});
+  }
+  if (Pipeline{preset("default"), source->rig(), {.back_end = BackEnd::automatic}}.back_end() == BackEnd::cuda) {
+    settings.push_back({"default, GPU", "default", MatchingMethod::correlation, 0, BackEnd::cuda});
+    settings.push_back({"default, semi-global, GPU", "default", MatchingMethod::semi_global, 0, BackEnd::cuda});
+    settings.push_back({"paper, GPU", "paper", MatchingMethod::correlation, 0, BackEnd::cuda});
   }
   for (int round{0}; round < rounds; ++round) {
     for (Setting& setting : settings) drive(source->rig(), frames, recording != nullptr ? 30 : 20, threads, setting);

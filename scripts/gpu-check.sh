@@ -6,10 +6,10 @@
 # compute-sanitizer. Needs nvcc, CMake, g++ and Python, no other package; takes Ninja where it is.
 #
 #   scripts/gpu-check.sh [--steps build,test,bench,sanitize] [--report DIR] [--limit SECONDS] [--total SECONDS]
-#                        [--tool memcheck] [--architectures "75;80;90"] [--frames 500] [--jobs N] [--werror]
+#                        [--tool memcheck] [--architectures "75;80;90"] [--frames 100] [--jobs N] [--werror]
 #
 # --steps: in this order, whichever are named; build/gpu is kept between calls. --report (build/gpu-report): what the
-# steps have found, written anew after each of them: report.json, bench.json, resources.txt and a log of each check,
+# steps have found, written anew after each of them: report.json, resources.txt and a log of each check,
 # packed into DIR.tar.gz. --limit (300): for each check. --total (600): after this time no further check begins; those
 # left out are listed. --tool: of compute-sanitizer; without it all four. --architectures: without it those in CUDAARCHS,
 # else this machine's.
@@ -23,7 +23,7 @@ limit=300
 total=600
 tools="memcheck racecheck initcheck synccheck"
 architectures=${CUDAARCHS:-}
-frames=500
+frames=100
 jobs=$(nproc)
 werror=OFF
 usage() {
@@ -136,7 +136,7 @@ test_step() {
 
 bench_step() {
   echo "== Speed"
-  check bench "$build/bin/bench_gpu" "$report/bench.json" "$frames"
+  check bench "$build/bin/bench_gpu" "$frames"
   [ ! -e "$report/bench.log" ] || cat "$report/bench.log"
 }
 

@@ -4,7 +4,7 @@
 """Tables and JSON for scripts/gpu-check.sh.
 
 gpu_report.py resources LOG    what ptxas -v said, as a Markdown table: a line per kernel and architecture
-gpu_report.py join FOLDER      report.json of its results.tsv, bench.json and build.log, with date, machine and commit
+gpu_report.py join FOLDER      report.json of its results.tsv and build.log, with date, machine and commit
 """
 import datetime
 import json
@@ -65,10 +65,9 @@ def table(kernels: list) -> str:
 
 def joined(folder: Path) -> dict:
     results = dict(line.split("\t") for line in (folder / "results.tsv").read_text().splitlines())
-    bench, log = folder / "bench.json", folder / "build.log"
+    log = folder / "build.log"
     return {"date": datetime.date.today().isoformat(), "machine": measure.machine(), "commit": measure.commit() or "uncommitted",
-            "results": results, "bench": json.loads(bench.read_text()) if bench.exists() else None,
-            "resources": resources(log.read_text()) if log.exists() else None}
+            "results": results, "resources": resources(log.read_text()) if log.exists() else None}
 
 
 def main() -> int:

@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "chain.hpp"
 
-#include <memory>
-#include <thread>
 #include <utility>
 
 #include "drive.hpp"
@@ -31,40 +29,21 @@ ChainResult run_chain(const Case& what, int frames) {
   const std::vector<StereoFrame> shown{drawn(what)};
   Drive drive{what};
   for (int i{0}; i < warm_up; ++i) drive.step(shown);
-  Samples total;
   Samples device;
   std::vector<Samples> of_part(std::size(parts));
   for (int i{0}; i < frames; ++i) {
-    total.time([&] { drive.step(shown); });
+    drive.step(shown);
     device.add(drive.times().between(StreamTimes::uploaded, StreamTimes::ground_known) +
                drive.times().between(StreamTimes::resumed, StreamTimes::filtered));
     for (std::size_t p{0}; p < std::size(parts); ++p) {
       of_part[p].add(drive.times().between(parts[p].from, parts[p].to));
     }
   }
-  ChainResult result{what, {}, total.percentile(50), total.percentile(99), device.percentile(50)};
+  ChainResult result{what, {}, device.percentile(50), device.percentile(99)};
   for (std::size_t p{0}; p < std::size(parts); ++p) {
-    result.stages.push_back({parts[p].name, of_part[p].percentile(50), of_part[p].percentile(99)});
+    result.stages.push_back({parts[p].name, of_part[p].percentile(50)});
   }
   return result;
-}
-
-double run_batch(const Case& what, int cameras, int frames) {
-  const std::vector<StereoFrame> shown{drawn(what)};
-  std::vector<std::unique_ptr<Drive>> drives;
-  for (int i{0}; i < cameras; ++i) {
-    drives.push_back(std::make_unique<Drive>(what));
-    for (int k{0}; k < warm_up; ++k) drives.back()->step(shown);
-  }
-  Samples samples;
-  samples.time([&] {
-    std::vector<std::thread> threads;
-    for (const auto& drive : drives) {
-      threads.emplace_back([&shown, frames, one = drive.get()] { one->go(shown, frames); });
-    }
-    for (std::thread& thread : threads) thread.join();
-  });
-  return 1e3 * cameras * frames / samples.percentile(50);
 }
 
 // After some steps on random observations as many blocks move as can.
@@ -95,9 +74,8 @@ StageResult run_filter(int cells, int repetitions) {
                 [&] { filter(cuda, space, motion.data(), std::as_const(observed).view(), before, after, layers); });
   Samples samples;
   for (int i{0}; i < repetitions; ++i) samples.add(median_ms(cuda, 1, [&] { graph.launch(cuda); }));
-  return {
-      "filter " + std::to_string(cells) + " x " + std::to_string(cells) + " x " + std::to_string(tables.lattice.size()),
-      samples.percentile(50), samples.percentile(99)};
+  return {std::to_string(cells) + " × " + std::to_string(cells) + " × " + std::to_string(tables.lattice.size()),
+          samples.percentile(50)};
 }
 
 }  // namespace stereogrid::bench

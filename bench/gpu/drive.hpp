@@ -52,10 +52,6 @@ class Drive {
     ++done_;
   }
 
-  void go(const std::vector<StereoFrame>& frames, int count) {
-    for (int i{0}; i < count; ++i) step(frames);
-  }
-
   [[nodiscard]] CudaStages& stages() { return *stages_; }
   [[nodiscard]] const StreamTimes& times() const { return stages_->times(); }
 

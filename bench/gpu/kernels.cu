@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cxxabi.h>
 
-#include <algorithm>
 #include <cstdint>
 #include <cstdlib>
 #include <deque>
@@ -81,7 +80,6 @@ std::string name_of(const void* kernel) {
 }
 
 struct OfKernel {
-  double launches{0};
   double in_frame_us{0};
   Samples frames_us{};
 };
@@ -98,18 +96,13 @@ std::vector<KernelResult> run_kernels(const Case& what, int frames) {
   std::map<const void*, OfKernel> kernels;
   for (int i{0}; i < frames; ++i) {
     drive.step(shown);
-    clock.take([&](const void* kernel, double us) {
-      ++kernels[kernel].launches;
-      kernels[kernel].in_frame_us += us;
-    });
+    clock.take([&](const void* kernel, double us) { kernels[kernel].in_frame_us += us; });
     for (auto& [kernel, of_kernel] : kernels) of_kernel.frames_us.add(std::exchange(of_kernel.in_frame_us, 0));
   }
   std::vector<KernelResult> results;
   for (const auto& [kernel, of_kernel] : kernels) {
-    results.push_back({name_of(kernel), of_kernel.launches / frames, of_kernel.frames_us.percentile(50)});
+    results.push_back({name_of(kernel), of_kernel.frames_us.percentile(50)});
   }
-  std::sort(results.begin(), results.end(),
-            [](const KernelResult& a, const KernelResult& b) { return a.median_us > b.median_us; });
   return results;
 }
 
