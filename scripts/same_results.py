@@ -1,10 +1,13 @@
 #!/usr/bin/python3
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""Compares the results of two builds of the tool to the bit: grids and stages array by array, frames.jsonl and run.json
-without timing, version and config, in both presets. Prints the first difference of each run; exit status 1 if any.
+"""Compares the results of two builds of the tool, or of two devices, to the bit: grids and stages array by array,
+frames.jsonl and run.json without timing, version, device and config, in both presets. Prints the first difference of
+each run; exit status 1 if any.
 
-same_results.py OLD_TOOL NEW_TOOL INPUT...      'INPUT OPTION...' in one argument passes options to `stereogrid run`
+same_results.py OLD_TOOL NEW_TOOL INPUT...
+
+Options for `stereogrid run` may follow a tool or an input in the same argument: "stereogrid --device cuda".
 """
 import json
 import shlex
@@ -16,12 +19,13 @@ from pathlib import Path
 import numpy as np
 
 PRESETS = ("default", "paper")
-LEFT_OUT = ("timing_ms", "version", "config")
+LEFT_OUT = ("timing_ms", "version", "device", "config")
 MISSING = "missing"
 
 
 def run(tool: str, words: list, preset: str, out: Path) -> None:
-    command = [tool, "-q", "run", *words, "--preset", preset, "--save-stages", "--out", str(out)]
+    program, *options = shlex.split(tool)
+    command = [program, "-q", "run", *words, *options, "--preset", preset, "--save-stages", "--out", str(out)]
     done = subprocess.run(command, stderr=subprocess.PIPE, text=True, check=False)
     if done.returncode:
         sys.exit(f"{done.stderr}exit status {done.returncode} of: {shlex.join(command)}")
