@@ -66,7 +66,8 @@ def table(kernels: list) -> str:
 def joined(folder: Path) -> dict:
     results = dict(line.split("\t") for line in (folder / "results.tsv").read_text().splitlines())
     log = folder / "build.log"
-    return {"date": datetime.date.today().isoformat(), "machine": measure.machine(), "commit": measure.commit() or "uncommitted",
+    return {"date": datetime.date.today().isoformat(), "machine": measure.machine() + measure.gpus(),
+            "commit": measure.commit() or "uncommitted",
             "results": results, "resources": resources(log.read_text()) if log.exists() else None}
 
 

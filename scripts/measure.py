@@ -16,6 +16,7 @@ import argparse
 import datetime
 import os
 import re
+import shutil
 import subprocess
 import sys
 from decimal import Decimal
@@ -77,6 +78,15 @@ def machine(cpuinfo: str | None = None, cores: int | None = None) -> str:
             f"stepping {field('stepping')}, SIMD {target}")
 
 
+def gpus() -> str:
+    """Names and drivers of this machine's GPUs, each behind a comma; nothing without any."""
+    if shutil.which("nvidia-smi") is None:
+        return ""
+    asked = ["nvidia-smi", "--query-gpu=name,driver_version", "--format=csv,noheader"]
+    named = subprocess.run(asked, capture_output=True, text=True, check=False)
+    return "".join(f", {line.replace(', ', ', driver ')}" for line in named.stdout.splitlines()) if not named.returncode else ""
+
+
 def git(*arguments: str) -> str:
     return subprocess.run(["git", "-C", results.ROOT, *arguments], capture_output=True, text=True, check=False).stdout
 
@@ -128,7 +138,7 @@ def main() -> int:
         print(f"Exit status {run.returncode}, {len(tables)} tables: nothing is kept.", file=sys.stderr)
         return 1
     measurement |= {"date": datetime.date.today().isoformat(), "commit": measured,
-                    "machine": machine(),
+                    "machine": machine() + gpus(),
                     "command": shown(given.command), "tables": tables, "notes": []}
     path.write_text(results.dump(measurement), encoding="utf-8")
     results.write_page()

@@ -33,6 +33,7 @@ MEASURED = (
     ("`stereogrid run`, KITTI 1226 × 370 px, two cores, images and grids on disk", "run", "", ("all layers", "400"),
      {"frames a second": "{} frames/s"}),
     ("Pipeline alone, 512 × 320 px, with AVX2", "chain", "", ("default, AVX2",), {"total": "{} ms per frame (least / median)"}),
+    ("… with a GPU", "gpu-chain", "", ("default, GPU",), {"total": "{} ms per frame (least / median)"}),
 )
 
 
