@@ -80,28 +80,45 @@ __global__ void sum_bins(PackedRays* sums, int columns, int bins) {
   sum_line(sums + u * bins, u < columns ? bins : 0, 1, static_cast<int>(threadIdx.x), shares[threadIdx.y]);
 }
 
-// RaySpace::stop_at_pattern. A warp per column, a lane per row that may be a pattern's foot.
+// opaque_bins by a warp, which reads the rows of as many lanes at once. All lanes have the result.
+template <class Pixel, class Row>
+__device__ int opaque_bins_by_warp(int height, const UprightRange& range, const Pixel& pixel, const Row& row) {
+  const int lane{static_cast<int>(threadIdx.x) % warp};
+  const auto lanes = [](bool is_one) { return __ballot_sync(whole_warp, is_one ? 1 : 0); };
+  const auto is_ambiguous_at = [&](int v) { return v >= 0 && is_ambiguous(pixel(v)); };
+  const auto count = [&](int v, float top) {
+    PatternRows seen{0, 0};
+    unsigned outside{0};
+    for (int lowest{v}; outside == 0; lowest -= warp) {
+      outside = lanes(lowest < lane || row(lowest - lane).drop < top);
+      const unsigned inside{outside == 0 ? whole_warp : (outside & (0U - outside)) - 1};  // before the first outside
+      seen.rows += __popc(inside);
+      seen.ambiguous += __popc(inside & lanes(is_ambiguous_at(lowest - lane)));
+    }
+    return seen;
+  };
+  for (int lowest{height - 1}; lowest >= 0; lowest -= warp) {
+    for (unsigned ambiguous{lanes(is_ambiguous_at(lowest - lane))}; ambiguous != 0; ambiguous &= ambiguous - 1) {
+      const int v{lowest - (__ffs(static_cast<int>(ambiguous)) - 1)};
+      const int bins{bins_to_foot(v, height, range, row, count)};
+      if (bins != no_foot) return bins;
+    }
+  }
+  return 0;
+}
+
+// RaySpace::stop_at_pattern. A warp per column.
 __global__ void stop_at_patterns(Counting counting, MatchViews matches) {
   const int u{static_cast<int>(blockIdx.x * threads + threadIdx.x) / warp};
-  const int lane{static_cast<int>(threadIdx.x) % warp};
-  const int height{matches.road.height};
   if (u >= matches.road.width) return;
-  const auto pixel = [&](int v) { return matches.obstacle(u, v); };
   const auto row = [&](int v) -> const RayRow& {
     const RayRow* const on_plane{counting.rows + v + counting.margin - counting.shift[u]};
     if (counting.relief.is_plane()) return *on_plane;
     return on_plane[counting.relief.rows_at(u, static_cast<float>(on_plane->first) / ray_bins_per_px)];
   };
-  for (int lowest{height - 1}; lowest >= 0; lowest -= warp) {
-    const int v{lowest - lane};
-    const bool can_be_foot{v >= 0 && is_ambiguous(pixel(v))};
-    const int bins{can_be_foot ? bins_to_foot(v, height, *counting.upright, pixel, row) : no_foot};
-    const unsigned feet{__ballot_sync(whole_warp, bins != no_foot ? 1 : 0)};
-    if (feet == 0) continue;
-    const int to_lowest{__shfl_sync(whole_warp, bins, __ffs(static_cast<int>(feet)) - 1)};
-    stop_rays(to_lowest, counting.sums + (u + 1) * (counting.bins + 1), lane, warp);
-    return;
-  }
+  const int bins{opaque_bins_by_warp(
+      matches.road.height, *counting.upright, [&](int v) { return matches.obstacle(u, v); }, row)};
+  stop_rays(bins, counting.sums + (u + 1) * (counting.bins + 1), static_cast<int>(threadIdx.x) % warp, warp);
 }
 
 // Sums over the columns of a bin; neighbouring threads read neighbouring bins.

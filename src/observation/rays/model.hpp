@@ -98,23 +98,24 @@ STEREOGRID_HD inline void count_ray(float obstacle, float road, const RayRow& ro
 /// Nothing repeats from this row on.
 constexpr int no_foot{-1};
 
-/// Bins from 0 to the foot of a repeating pattern whose lowest ambiguous pixel is in row v; 0: not below the horizon, so
-/// no row above is a foot either; no_foot: too few are ambiguous. See opaque_bins.
-template <class Pixel, class Row>
-STEREOGRID_HD inline int bins_to_foot(int v, int height, const UprightRange& range, const Pixel& pixel,
-                                      const Row& row) {
+/// Rows of a column, and how many of their pixels are ambiguous.
+struct PatternRows {
+  int rows;
+  int ambiguous;
+};
+
+/// Bins from 0 to the foot of a repeating pattern whose lowest ambiguous pixel is in row v; 0: not below the horizon,
+/// so no row above is a foot either; no_foot: too few are ambiguous. `count(v, top)`: PatternRows from row v up to the
+/// first with a drop below `top`. See opaque_bins.
+template <class Row, class Count>
+STEREOGRID_HD inline int bins_to_foot(int v, int height, const UprightRange& range, const Row& row,
+                                      const Count& count) {
   constexpr int foot_rows{6};  // half of a window with its census, below the lowest ambiguous pixel
   const RayRow& foot{row(v)};
   if (!(foot.drop > 0)) return 0;
   const float disparity{static_cast<float>(foot.first) / ray_bins_per_px};
-  const float top{2 * range.bottom_drop_m * disparity - foot.drop};
-  int rows{0};
-  int ambiguous{0};
-  for (int above{v}; above >= 0 && row(above).drop >= top; --above) {
-    ++rows;
-    ambiguous += is_ambiguous(pixel(above)) ? 1 : 0;
-  }
-  if (ambiguous < least_ambiguous || 3 * ambiguous < rows) return no_foot;
+  const PatternRows seen{count(v, 2 * range.bottom_drop_m * disparity - foot.drop)};
+  if (seen.ambiguous < least_ambiguous || 3 * seen.ambiguous < seen.rows) return no_foot;
   return row(v + foot_rows < height ? v + foot_rows : v).first + 1;
 }
 
@@ -123,9 +124,17 @@ STEREOGRID_HD inline int bins_to_foot(int v, int height, const UprightRange& ran
 /// ambiguous, up to twice the least height of obstacles. `pixel(v)`: obstacle disparity; `row(v)`: RayRow.
 template <class Pixel, class Row>
 STEREOGRID_HD inline int opaque_bins(int height, const UprightRange& range, const Pixel& pixel, const Row& row) {
+  const auto count = [&](int v, float top) {
+    PatternRows seen{0, 0};
+    for (int above{v}; above >= 0 && row(above).drop >= top; --above) {
+      ++seen.rows;
+      seen.ambiguous += is_ambiguous(pixel(above)) ? 1 : 0;
+    }
+    return seen;
+  };
   for (int v{height - 1}; v >= 0; --v) {
     if (!is_ambiguous(pixel(v))) continue;
-    const int bins{bins_to_foot(v, height, range, pixel, row)};
+    const int bins{bins_to_foot(v, height, range, row, count)};
     if (bins != no_foot) return bins;
   }
   return 0;
