@@ -39,15 +39,25 @@ export share_s=$(((total_s * jobs + shares - 1) / shares))
 mkdir -p build/fuzz/findings
 rm -f build/fuzz/findings/*
 
+# words of its stored inputs, and the parameters
+dictionary() { # dictionary NAME
+  cat tests/fuzz/common.dict
+  {
+    LC_ALL=C grep -rahoE '[A-Za-z_][A-Za-z0-9_./]{1,40}[:=]?' "tests/fuzz/corpus/$1"
+    [[ $1 != @(config_yaml|settings) ]] ||
+      awk -F'`' '/^## / { group = substr($0, 4) } /^\| `/ { print group "." $2 }' docs/config.md
+  } | sort -u | sed 's/.*/"&"/'
+}
+
 fuzz() { # fuzz NAME
-  local name=$1 seconds=$share_s log=build/fuzz/findings/$1.log options=() status=0
+  local name=$1 seconds=$share_s log=build/fuzz/findings/$1.log status=0
   [ "$name" != pipeline ] || seconds=$((2 * share_s))
-  [ ! -f "tests/fuzz/dictionaries/$name.dict" ] || options+=("-dict=tests/fuzz/dictionaries/$name.dict")
   mkdir -p "build/fuzz/corpus/$name"
+  dictionary "$name" >"build/fuzz/corpus/$name.dict"
   local folders=("build/fuzz/corpus/$name" "tests/fuzz/corpus/$name")
   [ ! -d "tests/fuzz/regressions/$name" ] || folders+=("tests/fuzz/regressions/$name")
   "build/fuzz/bin/${name}_fuzzer" -max_total_time="$seconds" -timeout=10 -rss_limit_mb=2048 -malloc_limit_mb=2048 -print_final_stats=1 \
-    -artifact_prefix="build/fuzz/findings/$name-" "${options[@]}" "${folders[@]}" >"$log" 2>&1 || status=$?
+    -artifact_prefix="build/fuzz/findings/$name-" -dict="build/fuzz/corpus/$name.dict" "${folders[@]}" >"$log" 2>&1 || status=$?
   local executions coverage
   executions=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log")
   coverage=$(grep -oE 'cov: [0-9]+ ft: [0-9]+ corp: [0-9]+' "$log" | tail -1)
@@ -56,7 +66,7 @@ fuzz() { # fuzz NAME
   [ $status -eq 0 ] || return 1
   rm "$log"
 }
-export -f fuzz
+export -f dictionary fuzz
 
 found=0
 printf '%s\0' "${names[@]}" | xargs -0 -n 1 -P "$jobs" bash -c 'fuzz "$1"' fuzz || found=1
