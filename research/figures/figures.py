@@ -1,20 +1,32 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""Draws the paper's figures (docs/paper.md) from what `stereogrid run --save-stages` left. make_figures.py makes all runs
-that they need."""
+"""Draws the paper's figures (docs/paper.md) of a drive or a built-in scene, from runs that it makes.
+
+figures.py path/to/drive --frames 0:20 --out figures     the last frame is the one that is shown
+"""
 import argparse
+import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
-import matplotlib
-import numpy as np
-from matplotlib.figure import Figure
+try:
+    import matplotlib
+    import numpy as np
+    from matplotlib.figure import Figure
+except ModuleNotFoundError as missing:
+    sys.exit(f"Python has no {missing.name}. Install it: apt install python3-matplotlib, and use /usr/bin/python3.")
 
 import equations
 import panels
-from run_folder import Complaint, Run, in_vehicle
+from run_folder import Complaint, Run
 
+SCENE, FRAMES = "scene:street?frames=45", "2:22"  # a person steps out from behind a parked car
+BUILT = Path(__file__).resolve().parents[2] / "build" / "release" / "bin"
+# runs beside the first one, and their settings: without the Gaussian, and with one of the paper's error rates raised
+VARIANTS = {"without_gaussian": ("paper.sigma_disparity=0", "paper.sigma_column=0"),
+            "false_positive": ("paper.false_positive=0.25",), "false_negative": ("paper.false_negative=0.25",)}
 MOMENTS, MOMENT_STEP = 3, 8  # moments of figure 7
 STYLE = {"figure.facecolor": panels.PAPER, "axes.titlelocation": "left", "axes.titlesize": "medium",
          "text.color": panels.INK, "savefig.dpi": 100, "figure.constrained_layout.w_pad": 0.15,
@@ -27,16 +39,12 @@ def sheet(title, lines, width, height):
     return figure
 
 
-def bin_parameters(run):
-    return {**run.config["u_disparity"], **run.config["paper"]}
+def source_line(run):
+    return f"{run.drive.name}, frame {run.name}."
 
 
-def source_line(run, place):
-    return f"{run.source}, frame {run.names[place]}."
-
-
-def filter_line(run, place):
-    return f"Filtered: after {place} earlier frames, filter.model = {run.config['filter']['model']}."
+def filter_line(run):
+    return f"Filtered: after {len(run.names) - 1} earlier frames, filter.model = {run.config['filter']['model']}."
 
 
 def figure_1(config):
@@ -79,13 +87,12 @@ def figure_2(config):
     return figure
 
 
-def figure_3(run, place):
-    name = run.names[place]
-    stages, observed = run.arrays("stages", name), run.arrays("grids", name)["observed"]
-    figure = sheet("Figure 3. From the image to the grid", [source_line(run, place)], 14, 14.5)
+def figure_3(run):
+    stages, observed = run.stages(), run.grids()["observed"]
+    figure = sheet("Figure 3. From the image to the grid", [source_line(run)], 14, 14.5)
     axes = figure.subplots(4, 2, gridspec_kw={"height_ratios": (1.3, 1, 1, 1.8)}).ravel()
     road = equations.road_counts(stages["road_disparity"], len(stages["u_occupancy"]), run.disparities)
-    panels.camera(axes[0], run.left_image(name), "(a) left image")
+    panels.camera(axes[0], run.left_image(), "(a) left image")
     panels.counts(axes[1], stages["observed_pixels"], run, "(b) obstacle pixels N_O")
     panels.counts(axes[2], road, run, "(c) road pixels")
     panels.probabilities(axes[3], stages["visibility"], run, "(d) visibility P(V)", "P(V)")
@@ -96,114 +103,100 @@ def figure_3(run, place):
     return figure
 
 
-def figure_4(run, place, without_gaussian):
-    name = run.names[place]
-    stages, grids = run.arrays("stages", name), run.arrays("grids", name)
-    config = bin_parameters(run)
+def figure_4(run, without_gaussian):
+    stages, grids = run.stages(), run.grids()
+    config = run.bins
     figure = sheet("Figure 4. What the Gaussian and the temporal filter do", [
-        f"{source_line(run, place)} Gaussian: {config['sigma_disparity']:g} px along disparity, "
-        f"{config['sigma_column']:g} px along columns.", filter_line(run, place)], 14, 8)
+        f"{source_line(run)} Gaussian: {config['sigma_disparity']:g} px along disparity, "
+        f"{config['sigma_column']:g} px along columns.", filter_line(run)], 14, 8)
     above, below = figure.subfigures(2, 1, height_ratios=(1, 1.2))
     left, right = above.subplots(1, 2)
     panels.occupancies(left, stages["u_occupancy"], run, "(a) P(T) as computed")
     panels.occupancies(right, stages["u_occupancy_smooth"], run, "(b) after the Gaussian")
     axes = below.subplots(1, 3)
-    panels.grid(axes[0], without_gaussian.arrays("grids", name)["observed"], run, "(c) frame alone, no Gaussian")
+    panels.grid(axes[0], without_gaussian.grids()["observed"], run, "(c) frame alone, no Gaussian")
     panels.grid(axes[1], grids["observed"], run, "(d) frame alone, with it")
     panels.grid(axes[2], grids["occupancy"], run, "(e) filtered")
     return figure
 
 
-def figure_6(run, place, compared):
-    name = run.names[place]
+def figure_6(run, compared):
     figure = sheet("Figure 6. Beside the grid of nearest obstacles", [
-        source_line(run, place) + " Lines: what the camera can see, and its distance."], 18, 11)
+        source_line(run) + " Lines: what the camera can see, and its distance."], 18, 11)
     above, below = figure.subfigures(2, 1, height_ratios=(1.2, 1))
     left, right = above.subplots(1, 2)
-    panels.camera(left, run.left_image(name), "(a) left image")
-    panels.disparities(right, run.arrays("stages", name), run, "(b) disparity")
+    panels.camera(left, run.left_image(), "(a) left image")
+    panels.disparities(right, run.stages(), run, "(b) disparity")
     axes = below.subplots(1, 4)
     panels.grid(axes[0], compared["nearest_obstacle_paper"], run, "(c) nearest obstacle, as in the paper")
-    panels.grid(axes[1], run.arrays("grids", name)["observed"], run, "(d) visibility-based, frame alone")
+    panels.grid(axes[1], run.grids()["observed"], run, "(d) visibility-based, frame alone")
     panels.grid(axes[2], compared["nearest_obstacle"], run, "(e) nearest obstacle, tuned")
-    if (known := run.truth(name)) is not None:
+    if (known := run.truth()) is not None:
         panels.truth(axes[3], known, run, "what is there")
     elif "sweep" in compared:
-        panels.scan(axes[3], in_vehicle(compared["sweep"], run.rig, run.lines[place]["ground"]), run, "lidar, from above")
+        panels.scan(axes[3], run.in_vehicle(compared["sweep"]), run, "lidar, from above")
     else:
         axes[3].set_axis_off()
     return figure
 
 
-def figure_7(run, place):
-    places = [place - i * MOMENT_STEP for i in range(MOMENTS) if place >= i * MOMENT_STEP]
-    height_m = bin_parameters(run)["obstacle_height_m"]
+def figure_7(run):
+    moments = run.names[::-MOMENT_STEP][:MOMENTS]
+    height_m = run.bins["obstacle_height_m"]
     figure = sheet("Figure 7. The result on the camera image", [
-        f"{run.source}. Image and u-disparity grid: P(T) before the Gaussian; slabs are {height_m:g} m high.",
+        f"{run.drive.name}. Image and u-disparity grid: P(T) before the Gaussian; slabs are {height_m:g} m high.",
         f"Filtered: from frame {run.names[0]} on, filter.model = {run.config['filter']['model']}."],
-                   15, 1 + 3.5 * len(places))
-    axes = figure.subplots(len(places), 3, squeeze=False, gridspec_kw={"width_ratios": (1.3, 1.1, 1)})
-    for letter, moment, (left, middle, right) in zip("abc", places, axes):
-        name = run.names[moment]
-        occupancy = run.arrays("stages", name)["u_occupancy"]
-        picture = panels.overlaid(run.left_image(name), occupancy, run, run.lines[moment]["ground"])
+                   15, 1 + 3.5 * len(moments))
+    axes = figure.subplots(len(moments), 3, squeeze=False, gridspec_kw={"width_ratios": (1.3, 1.1, 1)})
+    for letter, name, (left, middle, right) in zip("abc", moments, axes):
+        occupancy = run.stages(name)["u_occupancy"]
+        picture = panels.overlaid(run.left_image(name), occupancy, run, run.grounds[name])
         panels.camera(left, picture, f"({letter}) frame {name}")
         panels.occupancies(middle, occupancy, run, "u-disparity grid")
-        panels.grid(right, run.arrays("grids", name)["occupancy"], run, "filtered")
+        panels.grid(right, run.grids(name)["occupancy"], run, "filtered")
     panels.legend_below(axes[-1][0], ((panels.UPRIGHT, "upright, P(T) > 0.75"), (panels.ROAD, "road, P(T) < 0.4")))
     return figure
 
 
-def figure_8(run, place, rates):
-    name = run.names[place]
+def figure_8(run, rates):
     runs = [run, *rates]
-    figure = sheet("Figure 8. Influence of P_FP and P_FN", [source_line(run, place), filter_line(run, place)],
+    figure = sheet("Figure 8. Influence of P_FP and P_FN", [source_line(run), filter_line(run)],
                    4.6 * len(runs), 8.5)
     for (layer, text), row in zip((("observed", "frame alone"), ("occupancy", "filtered")),
                                   figure.subplots(2, len(runs), squeeze=False)):
         for other, axes in zip(runs, row):
-            config = bin_parameters(other)
+            config = other.bins
             rated = f"P_FP = {config['false_positive']:g}, P_FN = {config['false_negative']:g}"
-            panels.grid(axes, other.arrays("grids", name)[layer], run, f"{text}, {rated}")
+            panels.grid(axes, other.grids()[layer], run, f"{text}, {rated}")
     return figure
 
 
-def figure_9(run, place, compared):
-    grids = run.arrays("grids", run.names[place])
-    figure = sheet("Figure 9. Beside the lidar", [source_line(run, place)], 16, 6)
+def figure_9(run, compared):
+    grids = run.grids()
+    figure = sheet("Figure 9. Beside the lidar", [source_line(run)], 16, 6)
     axes = figure.subplots(1, 3)
     panels.grid(axes[0], grids["observed"], run, "(a) frame alone")
     panels.grid(axes[1], grids["occupancy"], run, "(b) filtered")
-    points = in_vehicle(compared["sweep"], run.rig, run.lines[place]["ground"])
+    points = run.in_vehicle(compared["sweep"])
     panels.scan(axes[2], points, run, "(c) lidar, from above")
     return figure
 
 
-def draw(folder, frame=None, without_gaussian=None, rates=(), compared=None):
-    """The figures by their number, and sentences about those that are left out."""
-    run = Run(folder)
-    place = run.place(frame)
-    name = run.names[place]
-    arrays = {}
-    if compared is not None and (Path(compared) / f"{name}.npz").is_file():
-        arrays = dict(np.load(Path(compared) / f"{name}.npz"))
-    config = bin_parameters(run)
+def draw(work):
+    """The figures by their number, of the runs in the folder `work`, and messages about those that are left out."""
+    run = Run(work / "run")
+    without_gaussian, *rates = (Run(work / name) for name in VARIANTS)
+    compared = work / "compared" / f"{run.name}.npz"
+    arrays = dict(np.load(compared)) if compared.is_file() else {}
     with matplotlib.rc_context(STYLE):
-        figures = {1: figure_1(config), 2: figure_2(config), 3: figure_3(run, place), 7: figure_7(run, place)}
-        left_out = []
-        for number, needed, make, reason in (
-                (4, without_gaussian, lambda: figure_4(run, place, Run(without_gaussian)),
-                 "it needs a run without the Gaussian (--without-gaussian)"),
-                (6, "nearest_obstacle" in arrays, lambda: figure_6(run, place, arrays),
-                 "it needs what stereogrid-compare --grids leaves (--compared)"),
-                (8, rates, lambda: figure_8(run, place, [Run(rate) for rate in rates]),
-                 "it needs runs with other error rates (--rates)"),
-                (9, "sweep" in arrays, lambda: figure_9(run, place, arrays), f"frame {name} has no lidar sweep")):
-            if needed:
-                figures[number] = make()
-            else:
-                left_out.append(f"Figure {number} is left out: {reason}.")
-    return figures, left_out
+        figures = {1: figure_1(run.bins), 2: figure_2(run.bins), 3: figure_3(run), 4: figure_4(run, without_gaussian),
+                   7: figure_7(run), 8: figure_8(run, rates)}
+        if arrays:
+            figures[6] = figure_6(run, arrays)
+        if "sweep" in arrays:
+            figures[9] = figure_9(run, arrays)
+    return figures, [f"Figure {number} is left out: frame {run.name} has no {needed}." for number, needed in
+                     ((6, "truth and no lidar sweep"), (9, "lidar sweep")) if number not in figures]
 
 
 def save(figures, out):
@@ -216,22 +209,56 @@ def save(figures, out):
         raise Complaint(f"{out}: cannot be written ({error.strerror}).") from error
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("run", help="what `stereogrid run --save-stages --out` has left")
-    parser.add_argument("--out", required=True, help="folder for figure_1.png and so on")
-    parser.add_argument("--frame", metavar="NAME", help="the frame to draw (default: the run's last)")
-    parser.add_argument("--without-gaussian", metavar="RUN", help="the same with both sigmas 0, for figure 4")
-    parser.add_argument("--rates", metavar="RUN", nargs="+", default=[],
-                        help="the same with another P_FP or P_FN, for figure 8")
-    parser.add_argument("--compared", metavar="DIR",
-                        help="what stereogrid-compare --grids has left of the same frames, for figures 6 and 9")
-    given = parser.parse_args()
+def settings(values):
+    return [word for value in values for word in ("--set", value)]
+
+
+def make_runs(source, work, programs, options):
+    """Leaves the runs in the folder `work`."""
+    tool = programs / "stereogrid"
+
+    def run(program, *words):
+        return subprocess.run([program, "--quiet", *words], stdout=subprocess.DEVNULL, check=True)
+
+    if source.startswith("scene:"):
+        run(tool, "simulate", source, "--out", work / source.replace("/", "_"))
+        source = work / source.replace("/", "_")
+    run(tool, "run", source, "--out", work / "run", "--save-stages", *options)
+    for name, changed in VARIANTS.items():
+        run(tool, "run", source, "--out", work / name, *options, *settings(changed))
     try:
-        figures, left_out = draw(given.run, given.frame, given.without_gaussian, given.rates, given.compared)
-        save(figures, given.out)
-    except Complaint as complaint:
-        sys.exit(f"figures.py: {complaint}")
+        run(programs / "stereogrid-compare", source, "--grids", work / "compared", "--only",
+            "nearest_obstacle_paper,nearest_obstacle", *options)
+    except subprocess.CalledProcessError as error:
+        if error.returncode != 65:  # neither lidar nor truth, as it has said: the others can be drawn
+            raise
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("input", nargs="?", help=f"a drive's folder, or a built-in scene (default: {SCENE}, {FRAMES})")
+    parser.add_argument("--out", required=True, help="folder for figure_1.png and so on")
+    parser.add_argument("--frames", metavar="FIRST:LAST", help="as of `stereogrid run`; the last one is shown")
+    parser.add_argument("--preset", default="paper", help="default: paper")
+    parser.add_argument("--set", action="append", default=[], dest="settings", metavar="KEY=VALUE")
+    parser.add_argument("--programs", type=Path, default=BUILT, metavar="DIR", help=f"default: {BUILT}")
+    given = parser.parse_args()
+    for program in ("stereogrid", "stereogrid-compare"):
+        if not (given.programs / program).exists():
+            sys.exit(f"{given.programs / program}: there is no such program. Build it: "
+                     "cmake --build build/release --target stereogrid_tool stereogrid_compare")
+    options = ["--preset", given.preset, *settings(given.settings)]
+    frames = given.frames or (None if given.input else FRAMES)
+    options += ["--frames", frames] if frames else []
+    with tempfile.TemporaryDirectory() as work:
+        try:
+            make_runs(given.input or SCENE, Path(work), given.programs, options)
+            drawn, left_out = draw(Path(work))
+            save(drawn, given.out)
+        except subprocess.CalledProcessError as error:  # the program has printed its message
+            sys.exit(error.returncode)
+        except Complaint as complaint:
+            sys.exit(f"figures.py: {complaint}")
     print("\n".join(left_out + [f"figures in {given.out}"]))
 
 

@@ -172,7 +172,7 @@ def disparities(axes, stages, run, title):
 def overlaid(image, occupancy, run, ground):
     """On the image, what the u-disparity plane says: a slab as high as the volume that must be free where a bin is
     occupied, blue on the road where it is free. `ground` as a frame's line has it."""
-    rig, config = run.level_rig, run.config["u_disparity"]
+    rig, config = run.rig, run.bins
     height, width = image.shape
     v = np.arange(height)[:, None] - rig["cy_px"] + rig["focal_px"] * np.tan(ground["pitch_rad"])
     if config["follow_roll"]:
