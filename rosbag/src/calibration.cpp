@@ -12,7 +12,6 @@
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/messages/cdr.hpp"
-#include "stereogrid/messages/sensor_msgs.hpp"
 
 namespace stereogrid::rosbag {
 namespace {
@@ -57,8 +56,8 @@ InfoPair shared_infos(const mcap::Bag& bag, const std::string& name, const std::
   if (cameras.size() != 2) {
     fail(info,
          fmt::format("has the CameraInfo of {}, but {} and {} are images of two{}.",
-                     cameras.size() == 1 ? "one camera" : "more than two cameras", io::printable(images.left),
-                     io::printable(images.right), missing.empty() ? "" : "; " + io::printable(missing) + " is missing"),
+                     cameras.size() == 1 ? "one camera" : "more than two cameras", images.left, images.right,
+                     missing.empty() ? "" : "; " + missing + " is missing"),
          "Record one CameraInfo topic per camera, beside its images. ");
   }
   return {{cameras[0], info.name + ", left camera", info.topic},
@@ -84,9 +83,8 @@ InfoPair infos_of(const mcap::Bag& bag, const std::string& name, const ImageTopi
   if (there.size() == 1) return shared_infos(bag, name, there.front(), images, missing);
   std::string list;
   for (const std::string& topic : there) list += (list.empty() ? " CameraInfo is on " : ", ") + io::printable(topic);
-  fail(named(name, missing),
-       fmt::format("there is no CameraInfo for {}.{}", io::printable(has(left) ? images.right : images.left),
-                   list.empty() ? list : list + "."));
+  fail(named(name, missing), fmt::format("there is no CameraInfo for {}.{}", has(left) ? images.right : images.left,
+                                         list.empty() ? list : list + "."));
 }
 
 }  // namespace

@@ -8,7 +8,6 @@
 
 #include "camera_infos.hpp"
 #include "stereogrid/error.hpp"
-#include "stereogrid/io/text.hpp"
 #include "stereogrid/rosbag/decode.hpp"
 
 namespace stereogrid::rosbag {
@@ -33,7 +32,7 @@ void check_aligned(const DepthInfos& infos, const ImageTopics& topics) {
   fail(*infos.depth,
        fmt::format("depth is of another camera than {}: its focal length is {:.3f} of the width, that of the images "
                    "{:.3f}.",
-                   io::printable(topics.left), of_depth, of_images),
+                   topics.left, of_depth, of_images),
        "Take depth that is aligned to the images (aligned_depth_to_color), or the images of the depth camera "
        "(infra1). ");
 }
@@ -89,9 +88,7 @@ io::Calibration calibration_of(DepthInfos infos, const mcap::Topic& images, cons
   right.p[3] = -camera.p[0] * (is_virtual ? virtual_m : known_m);
   io::Calibration calibration{io::ros_calibration(camera, right, is_named || is_straight || left.message.k[0] == 0)};
   if (calibration.raw && topics.second == SecondTopic::disparity) {
-    fail(left,
-         fmt::format("{} is of rectified images, but {} are raw.", io::printable(topics.right),
-                     io::printable(topics.left)),
+    fail(left, fmt::format("{} is of rectified images, but {} are raw.", topics.right, topics.left),
          "Take the rectified images (image_rect). ");
   }
   io::fit_to_images(calibration, left.name, width_px, height_px);
@@ -111,8 +108,7 @@ io::Calibration depth_calibration_of(const mcap::Bag& bag, const std::string& na
   const std::vector<std::string> there{info_topics(bag)};
   const DepthInfoTopics found{depth_info_topics(images, *find_topic(bag.topics(), topics.right), there)};
   if (found.images.empty()) {
-    fail(named(name, info_topic_of(images, there)),
-         fmt::format("there is no CameraInfo for {}.", io::printable(topics.left)));
+    fail(named(name, info_topic_of(images, there)), fmt::format("there is no CameraInfo for {}.", topics.left));
   }
   DepthInfos infos{info_of(bag, name, found.images), std::nullopt};
   if (!found.depth.empty() && topics.second == SecondTopic::depth) infos.depth = info_of(bag, name, found.depth);

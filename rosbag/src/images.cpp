@@ -126,7 +126,7 @@ std::vector<std::byte> BagImages::bytes_of(const std::string& topic, const Shot&
   while (const mcap::Message* const message{cursor->next()}) {
     if (header_stamp_ns(message->data) == shot.header_ns) return {message->data.begin(), message->data.end()};
   }
-  throw InputError{name_, fmt::format("the image of {} ns on {} is gone.", shot.stamp_ns, io::printable(topic)),
+  throw InputError{name_, fmt::format("the image of {} ns on {} is gone.", shot.stamp_ns, topic),
                    "Was the recording changed meanwhile?"};
 }
 

@@ -65,14 +65,13 @@ std::vector<ShotPair> pairs_of(const std::string& name, const ImageTopics& topic
   if (!pairs.empty()) return pairs;
   for (const auto& [topic, shots] : {std::pair{&topics.left, &left}, {&topics.right, &right}}) {
     if (!shots->shots.empty()) continue;
-    throw InputError{name, fmt::format("all {} messages on {} are damaged.", shots->damaged, io::printable(*topic)),
+    throw InputError{name, fmt::format("all {} messages on {} are damaged.", shots->damaged, *topic),
                      "Record them again."};
   }
-  throw InputError{
-      name,
-      fmt::format("none of the {} images on {} and {} on {} are of the same instant, to {:g} ms.", left.shots.size(),
-                  io::printable(topics.left), right.shots.size(), io::printable(topics.right), tolerance_ms),
-      "Trigger the cameras together, or set --pair-tolerance-ms higher."};
+  throw InputError{name,
+                   fmt::format("none of the {} images on {} and {} on {} are of the same instant, to {:g} ms.",
+                               left.shots.size(), topics.left, right.shots.size(), topics.right, tolerance_ms),
+                   "Trigger the cameras together, or set --pair-tolerance-ms higher."};
 }
 
 /// Poses of the bag, unless most of them were dropped: the rest of such a topic has gaps.
@@ -178,7 +177,7 @@ SecondTopic layout_of(const mcap::Bag& bag, const std::string& name, const Image
       name,
       fmt::format("has the images of one camera alone: {}, {}×{} px. Missing are right images, depth, or a "
                   "right half.{}",
-                  io::printable(topics.left), width_px, height_px,
+                  topics.left, width_px, height_px,
                   videos.empty() ? "" : fmt::format(" Video is not read: {}.", videos)),
       "Record the right camera's images or depth, too; say which with --left-topic TOPIC --right-topic "
       "TOPIC."};

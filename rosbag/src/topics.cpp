@@ -136,8 +136,7 @@ ImageTopics found(const std::string& bag, const std::vector<Topic>& topics, cons
 void need_images(const std::string& bag, const std::vector<Topic>& topics, const std::string& name) {
   const Topic* const topic{find_topic(topics, name)};
   if (topic != nullptr && (holds_images(*topic) || depth_kind_of(*topic, {}))) return;
-  throw InputError{bag, fmt::format("has no images on {}. There are: {}.", io::printable(name), list_of(topics)),
-                   say_which};
+  throw InputError{bag, fmt::format("has no images on {}. There are: {}.", name, list_of(topics)), say_which};
 }
 
 [[noreturn]] void fail_without_images(const std::string& bag, const std::vector<Topic>& topics) {
@@ -163,10 +162,9 @@ ImageTopics completed(const std::string& bag, const std::vector<Topic>& topics, 
   if (chosen.right.empty()) {
     if (const Topic* const right{right_of(left, topics)}) return {asked.left, right->name};
     if (const auto depth{find_depth(bag, topics, encodings, asked)}) return *depth;
-    throw InputError{bag,
-                     fmt::format("no topic of the right camera is called like {}. There are: {}.",
-                                 io::printable(asked.left), list_of(topics)),
-                     say_which};
+    throw InputError{
+        bag, fmt::format("no topic of the right camera is called like {}. There are: {}.", asked.left, list_of(topics)),
+        say_which};
   }
   need_images(bag, topics, chosen.right);
   const Topic& second{*find_topic(topics, chosen.right)};

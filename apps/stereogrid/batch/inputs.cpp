@@ -47,7 +47,7 @@ std::vector<std::string> lines_of(const std::string& file) {
     if (!line.empty() && line.front() != '#') lines.push_back(line);
   }
   if (lines.empty()) {
-    throw InputError{io::printable(file), "is a list of inputs, but names none.", "Write an input into each line."};
+    throw InputError{file, "is a list of inputs, but names none.", "Write an input into each line."};
   }
   return lines;
 }
@@ -58,7 +58,7 @@ void add_pattern(const std::string& pattern, std::vector<std::string>& paths) {
   for (std::size_t i{0}; result == 0 && i < found.gl_pathc; ++i) paths.push_back(absolute(found.gl_pathv[i]));
   globfree(&found);
   if (result != 0) {
-    throw InputError{io::printable(pattern), "nothing has a name that fits this pattern.", "Check the path."};
+    throw InputError{pattern, "nothing has a name that fits this pattern.", "Check the path."};
   }
 }
 

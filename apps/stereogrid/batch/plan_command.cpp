@@ -140,7 +140,7 @@ class Planner {
     input_options.paths = {path};
     const Input input{open_input(input_options)};
     const std::size_t frames{input.source->size()};
-    if (frames == 0) throw InputError{io::printable(path), "has no frames.", "Give a drive that has some."};
+    if (frames == 0) throw InputError{path, "has no frames.", "Give a drive that has some."};
     const Rig& rig{input.source->rig()};
     memory_.look_at(rig, plan_.variants, (frames + parts_of(frames) - 1) / parts_of(frames));
     Shard shard{.drive = names_.name_of(path),

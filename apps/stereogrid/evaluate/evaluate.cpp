@@ -12,7 +12,6 @@
 
 #include "evaluate/obstacle_source.hpp"
 #include "evaluate/truth_source.hpp"
-#include "input.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/io/run_folder/run_reader.hpp"
@@ -33,7 +32,7 @@ InputOptions input_options(const EvaluateOptions& options, const io::RunReader& 
   for (const std::string& path : from.paths) {
     std::error_code error;
     if (path.starts_with("scene:") || fs::exists(path, error)) continue;
-    throw InputError{io::printable(path), "is not there any more; the run was made from it.",
+    throw InputError{path, "is not there any more; the run was made from it.",
                      "Say where it is now: stereogrid evaluate " + options.run + " INPUT."};
   }
   // the run's own poses stand in its frames; where the input's are does not matter any more

@@ -103,7 +103,7 @@ struct DepthMessages {
 rosbag::NamedInfo info_on(const NewestMessages& messages, const std::string& name, const std::string& topic) {
   const auto cdr{messages.of(topic)};
   if (!cdr) {
-    throw InputError{name, fmt::format("there is no CameraInfo on {}.", io::printable(topic)),
+    throw InputError{name, fmt::format("there is no CameraInfo on {}.", topic),
                      "A calibration.yaml can be given instead (--calibration FILE)."};
   }
   rosbag::NamedInfo info{{}, name + ", " + io::printable(topic), io::printable(topic)};
@@ -143,7 +143,7 @@ DepthMessages depth_messages(NewestMessages& messages, const InputOptions& optio
   const auto depth{messages.of(found.right.name)};
   if (!images || !depth) {
     const std::string& silent{images ? found.right.name : found.left.name};
-    throw InputError{name, fmt::format("no message has come on {}.", io::printable(silent)),
+    throw InputError{name, fmt::format("no message has come on {}.", silent),
                      "Publish it, or say which: --left-topic TOPIC --right-topic TOPIC."};
   }
   all.images = rosbag::decode_image(*images, rosbag::is_compressed(found.left), io::printable(found.left.name)).grey;

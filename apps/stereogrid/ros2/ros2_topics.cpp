@@ -77,7 +77,7 @@ rosbag::ImageTopics choose(const std::string& name, const std::vector<mcap::Topi
   throw InputError{name,
                    fmt::format("the only images are {}: right images or depth are missing, and both images in one are "
                                "not read live.",
-                               io::printable(chosen.left)),
+                               chosen.left),
                    "Publish them, or say which: --left-topic TOPIC --right-topic TOPIC."};
 }
 

@@ -43,7 +43,7 @@ std::vector<std::size_t> parse_shape(const std::string& text, const std::string&
     if (*at == ',' || *at == ' ') continue;
     std::size_t extent{0};
     const auto [end, error]{std::from_chars(at, text.data() + text.size(), extent)};
-    if (error != std::errc{}) fail(where, "has a shape that is not understood: " + printable(text));
+    if (error != std::errc{}) fail(where, "has a shape that is not understood: " + text);
     shape.push_back(extent);
     at = end - 1;
   }
@@ -75,11 +75,10 @@ Head parse_head(const std::string& npy, const std::string& where) {
   text.resize(text.find_last_not_of(" \n") + 1);
   static const std::regex form{R"(\{'descr': '([^']+)', 'fortran_order': (True|False), 'shape': \(([\d, ]*)\),? *\})"};
   std::smatch part;
-  if (!std::regex_match(text, part, form)) fail(where, "has a head that is not understood: " + printable(text));
+  if (!std::regex_match(text, part, form)) fail(where, "has a head that is not understood: " + text);
   const auto found{std::find_if(dtypes.begin(), dtypes.end(),
                                 [&part](const DTypeEntry& entry) { return entry.spelling == part[1].str(); })};
-  if (found == dtypes.end())
-    fail(where, "has elements of type '" + printable(part[1].str()) + "', which is not understood.");
+  if (found == dtypes.end()) fail(where, "has elements of type '" + part[1].str() + "', which is not understood.");
   head.array.dtype = found->dtype;
   head.array.shape = parse_shape(part[3].str(), where);
   if (part[2] == "True" && head.array.shape.size() > 1) fail(where, "is stored column by column.");

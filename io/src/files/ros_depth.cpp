@@ -13,7 +13,6 @@
 #include "files/rvl.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/ros_image.hpp"
-#include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
 namespace {
@@ -52,7 +51,7 @@ Image<float> decode_compressed_depth(const RosImage& image, const std::string& n
   if (bytes.starts_with("\x89PNG")) return depth_of_values(decode_u16(name, bytes), in_millimetres);
   const auto says = [&](std::string_view word) { return image.encoding.find(word) != std::string_view::npos; };
   if (says("jpeg") || bytes.size() < CompressedDepth::head_bytes) {
-    throw InputError{name, fmt::format("depth as \"{}\" is not read.", printable(std::string{image.encoding})),
+    throw InputError{name, fmt::format("depth as \"{}\" is not read.", image.encoding),
                      std::string{depth_kinds} + " Set the publisher's compressedDepth format to png or rvl."};
   }
   CompressedDepth head;
@@ -75,9 +74,7 @@ Image<float> decode_ros_depth(const RosImage& image, const std::string& name) {
   if (image.encoding == "32FC1") {
     return depth_of<float>(ros_pixels(image, CV_32FC1, name), [](double z) { return z; });
   }
-  throw InputError{name,
-                   fmt::format("the encoding \"{}\" of depth is not read.", printable(std::string{image.encoding})),
-                   depth_kinds};
+  throw InputError{name, fmt::format("the encoding \"{}\" of depth is not read.", image.encoding), depth_kinds};
 }
 
 Image<float> decode_ros_disparities(const RosDisparities& disparities, const std::string& name) {
@@ -88,9 +85,8 @@ Image<float> decode_ros_disparities(const RosDisparities& disparities, const std
                      "Both are above 0: correct what publishes it, or record depth."};
   }
   if (image.encoding != "32FC1") {
-    throw InputError{
-        name, fmt::format("the encoding \"{}\" of disparities is not read.", printable(std::string{image.encoding})),
-        "A DisparityImage is 32FC1, in px."};
+    throw InputError{name, fmt::format("the encoding \"{}\" of disparities is not read.", image.encoding),
+                     "A DisparityImage is 32FC1, in px."};
   }
   const bool has_limits{max_px > min_px};
   const bool is_negative{min_px < 0 && max_px <= 0};

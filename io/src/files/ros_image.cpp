@@ -9,11 +9,9 @@
 #include <cctype>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
-#include <string_view>
 
 #include "files/ros_pixels.hpp"
 #include "stereogrid/error.hpp"
-#include "stereogrid/io/text.hpp"
 #include "stereogrid/opencv.hpp"
 
 namespace stereogrid::io {
@@ -84,7 +82,7 @@ const Encoding& encoding_of(const RosImage& image, const std::string& name) {
   const auto* const found{std::ranges::find_if(known_encodings, is_it)};
   if (found != known_encodings.end()) return *found;
   throw InputError{
-      name, fmt::format("the encoding \"{}\" is not read.", printable(std::string{image.encoding})),
+      name, fmt::format("the encoding \"{}\" is not read.", image.encoding),
       "Read are mono8, mono16, bgr8, rgb8, bgra8, rgba8 and bayer_…8, the same with 16 bits, yuv422, uyvy, "
       "yuv422_yuy2, yuyv, nv12, nv21, nv24, yuv420, 8UC1, 8UC3, 8UC4, 16UC1, 16UC3, 16UC4, 32FC1."};
 }

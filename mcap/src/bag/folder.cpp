@@ -56,7 +56,7 @@ Metadata parse_metadata(const fs::path& folder, const std::string& text, const s
   metadata.are_messages_packed = mode == "message";
   const std::string format{bag["compression_format"].as<std::string>("")};
   if ((metadata.are_messages_packed || mode == "file") && format != "zstd") {
-    throw InputError{name, fmt::format("the compression_format is '{}' (allowed: zstd).", io::printable(format)),
+    throw InputError{name, fmt::format("the compression_format is '{}' (allowed: zstd).", format),
                      "Convert the bag (ros2 bag convert)."};
   }
   for (fs::path& part : metadata.parts) {

@@ -138,7 +138,7 @@ void Database::fail() const {
     throw DeviceError{fmt::format("{}: cannot be read: SQLite says '{}'. Check the disk, then try again.", name_,
                                   io::printable(said))};
   }
-  throw InputError{name_, fmt::format("cannot be read: SQLite says '{}'.", io::printable(said)),
+  throw InputError{name_, fmt::format("cannot be read: SQLite says '{}'.", said),
                    "If the recording was cut off, let SQLite mend a copy: sqlite3 FILE .recover | sqlite3 MENDED.db3"};
 }
 

@@ -82,7 +82,7 @@ void YamlGroup::need_only(Keys known) const {
     if (!item.first.IsScalar()) complain("has a key" + place_of(item.first) + " that is no word.");
     const std::string& key{item.first.Scalar()};
     if (std::ranges::find(known, key) == known.end()) {
-      complain("has an unknown key '" + full(printable(key)) + "'" + place_of(item.first) + ".");
+      complain("has an unknown key '" + full(key) + "'" + place_of(item.first) + ".");
     }
   }
 }

@@ -39,17 +39,17 @@ std::vector<std::string> names_in(const fs::path& frames_file, const Images& lef
     if (start == std::string_view::npos) continue;
     names.push_back(name_in(line.substr(start, line.find_last_not_of(" \t") - start + 1), left, right));
     if (!known.insert(names.back()).second) {
-      throw InputError{printable_path(frames_file), "names frame " + printable(names.back()) + " twice.",
+      throw InputError{printable_path(frames_file), "names frame " + names.back() + " twice.",
                        "Name each frame once, in their order."};
     }
   }
   const auto is_there{[&](const std::string& name) { return left.contains(name) || right.contains(name); }};
   if (std::ranges::any_of(names, is_there)) return names;
-  throw InputError{printable_path(frames_file),
-                   names.empty() ? "names no frames."
-                                 : "names no frame that is there; the first is " + printable(names.front()) + ".",
-                   "A line is the name of a frame's images, such as " + left.begin()->first +
-                       "; without the file every image is taken."};
+  throw InputError{
+      printable_path(frames_file),
+      names.empty() ? "names no frames." : "names no frame that is there; the first is " + names.front() + ".",
+      "A line is the name of a frame's images, such as " + left.begin()->first +
+          "; without the file every image is taken."};
 }
 
 struct Side {

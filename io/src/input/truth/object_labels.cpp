@@ -80,7 +80,7 @@ std::vector<LabelledFrame> read_object_labels(const std::filesystem::path& path)
     read_json<Json>(printable_path(path), line, fmt::format("line {} ", frames.size() + 1), line_mend,
                     [&frames](const Json& json) { frames.push_back(parse_frame(json)); });
     if (names.insert(frames.back().name).second) continue;
-    throw InputError{printable_path(path), "names frame " + printable(frames.back().name) + " twice.", line_mend};
+    throw InputError{printable_path(path), "names frame " + frames.back().name + " twice.", line_mend};
   }
   return frames;
 }

@@ -167,16 +167,16 @@ TruthReader::TruthReader(const std::filesystem::path& folder) : folder_{folder} 
     read_json<Json>(printable_path(objects_file), line, fmt::format("line {} ", names_.size() + 1), mend,
                     [this](const Json& json) { names_.push_back(json.at("name")); });
     if (lines_.emplace(names_.back(), line).second) continue;
-    fail(objects_file, "names frame " + printable(names_.back()) + " twice.");
+    fail(objects_file, "names frame " + names_.back() + " twice.");
   }
 }
 
 FrameTruth TruthReader::objects(const std::string& name) const {
   const auto line{lines_.find(name)};
   const auto file{folder_ / "objects.jsonl"};
-  if (line == lines_.end()) fail(file, "has no frame " + printable(name) + ".");
+  if (line == lines_.end()) fail(file, "has no frame " + name + ".");
   FrameTruth truth;
-  read_json<Json>(printable_path(file), line->second, fmt::format("frame {} ", printable(name)), mend,
+  read_json<Json>(printable_path(file), line->second, fmt::format("frame {} ", name), mend,
                   [&truth](const Json& json) { truth = parse_frame(json); });
   return truth;
 }
