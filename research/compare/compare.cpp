@@ -9,7 +9,6 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <span>
 #include <utility>
 
@@ -214,14 +213,13 @@ int compare(const CompareOptions& options) {
   }
   const Comparison comparison{Comparer{options, truth}.go_through(range)};
   print_table(comparison);
-  if (options.json.empty() && options.html.empty()) return app::exit_done;
+  if (options.json.empty()) return app::exit_done;
   const nlohmann::ordered_json json(
       json_of(comparison, {{"input", options.input.paths.front()},
                            {"preset", options.config.preset},
                            {"truth", truth.kind() == app::TruthKind::lidar ? "lidar" : "exact"},
                            {"frames", fmt::format("{} of {}", comparison.frames_with_truth, comparison.frames)}}));
-  if (!options.json.empty()) io::write_file(options.json, io::json_text(json, 1) + "\n");
-  if (!options.html.empty()) app::write_report(options.html, json);
+  io::write_file(options.json, io::json_text(json, 1) + "\n");
   return app::exit_done;
 }
 

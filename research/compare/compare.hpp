@@ -25,7 +25,6 @@ struct CompareOptions {
   int threads{0};
   std::optional<double> camera_height_m;
   std::string json;
-  std::string html;
   std::string pictures;
   std::string grids;
 };

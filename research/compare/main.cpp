@@ -52,7 +52,6 @@ void describe(CLI::App& program, int& exit_code) {
       ->capture_default_str();
   program.add_option("--json", options->json, "Also write every figure, with its interval, to this file.")
       ->type_name("FILE");
-  program.add_option("--html", options->html, "Also write a report with plots to this file.")->type_name("FILE");
   program
       .add_option("--pictures", options->pictures, "Also draw the grids of some frames side by side into this folder.")
       ->type_name("DIR");

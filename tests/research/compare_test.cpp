@@ -1,7 +1,5 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include <sys/wait.h>
-
 #include <algorithm>
 #include <cstdlib>
 
@@ -34,9 +32,8 @@ class Compare : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = new TemporaryFolder;
-    outcome_ = new Outcome{
-        compare_well({scene(), "--json", (*folder_ / "scores.json").string(), "--html",
-                      (*folder_ / "report.html").string(), "--pictures", (*folder_ / "pictures").string()})};
+    outcome_ = new Outcome{compare_well(
+        {scene(), "--json", (*folder_ / "scores.json").string(), "--pictures", (*folder_ / "pictures").string()})};
   }
   static void TearDownTestSuite() {
     delete outcome_;
@@ -99,14 +96,6 @@ TEST_F(Compare, GivesTheSameFiguresAsRunAndEvaluate) {
     EXPECT_EQ(evaluated["series"][layer]["bands"], compared[name]["bands"]) << name;
   }
   EXPECT_EQ(evaluated["series"]["occupancy"]["motion"], compared["filter_joint"]["motion"]);
-}
-
-TEST_F(Compare, WritesAReport) {
-  const std::string page{text_of(*folder_ / "report.html")};
-  EXPECT_THAT(page, HasSubstr("occupancy_boundary"));
-  EXPECT_THAT(page, HasSubstr("</html>"));
-  if (!has_node()) GTEST_SKIP() << "node is not here: the report's script was not run";
-  EXPECT_TRUE(script_fills(*folder_ / "report.html"));
 }
 
 TEST_F(Compare, DrawsContactSheets) {
@@ -188,42 +177,11 @@ TEST_F(Compare, WritesTheGridsOfEveryMethod) {
   EXPECT_NE(compared.at("nearest_obstacle").bytes, ours.at("observed").bytes);
 }
 
-TEST_F(Compare, RefusesNumbersThatAreNone) {
-  for (const char* number : {"nan", "5.1", "1.6m"}) {
-    const Outcome outcome{run_compare({"scene:empty", "--camera-height", number})};
-    EXPECT_EQ(outcome.exit_code, 64) << number;
-    EXPECT_THAT(outcome.errors, HasSubstr(std::string{"--camera-height: "} + number + " is no number from 0.3 to 5"));
-  }
-  for (const char* threads : {"-1", "1025"}) {
-    const Outcome outcome{run_compare({"scene:empty", "--threads", threads})};
-    EXPECT_EQ(outcome.exit_code, 64) << threads;
-    EXPECT_THAT(outcome.errors, HasSubstr(std::string{"--threads: "} + threads + " is no whole number from 0 to 1024"));
-  }
-}
-
-TEST_F(Compare, AFullOutputIsAFailure) {
-  const int status{
-      std::system((quoted(STEREOGRID_COMPARE) + " " + quoted(scene()) + " --only observed >/dev/full").c_str())};
-  EXPECT_EQ(WEXITSTATUS(status), 75);
-}
-
 TEST_F(Compare, ComplainsOfMethodsThatDoNotExist) {
   const Outcome outcome{run_compare({scene(), "--only", "stixel"})};
   EXPECT_EQ(outcome.exit_code, 64);
   EXPECT_THAT(outcome.errors, HasSubstr("stixel"));
   EXPECT_THAT(outcome.errors, HasSubstr("ray_casting_map"));
-}
-
-TEST_F(Compare, ComplainsAsTheToolDoes) {
-  const Outcome empty{run_compare({scene(), "--grids", ""})};
-  EXPECT_EQ(empty.exit_code, 64);
-  EXPECT_THAT(empty.errors, HasSubstr("--grids: is empty"));
-  const TemporaryFolder folder;
-  const std::string file{(folder / "file").string()};
-  ASSERT_EQ(std::system(("echo text >" + quoted(file)).c_str()), 0);
-  const Outcome blocked{run_compare({scene(), "--grids", file})};
-  EXPECT_EQ(blocked.exit_code, 75);
-  EXPECT_THAT(blocked.errors, HasSubstr("the folder cannot be made"));
 }
 
 TEST_F(Compare, ComplainsWhereThereIsNoLidar) {
