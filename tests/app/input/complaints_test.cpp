@@ -97,8 +97,6 @@ TEST(ExitCodes, WrongUsageIs64) {
                                {{"run", "scene:empty", "--out", out, "--set", "grid.length_m=-3"}, "must lie in"},
                                {{"run", "scene:empty", "--out", out, "--value-scale", "nav2"}, "--value-scale is of"},
                                {{"run", "scene:empty", "--out", out, "--preset", "nice"}, "preset"},
-                               {{"run", "scene:empty", "--out", out, "--frames", "5:2"}, "FIRST:LAST"},
-                               {{"run", "scene:empty?frames=4", "--out", out, "--frames", "9:"}, "4 frames"},
                                {{"run", "scene:empty", "--out", out, "--calibration", "x.yaml"}, "scene"},
                                {{"run", "scene:empty", "--out", out, "--resume", "--video", "x.mp4"}, "--video"}}) {
     const Outcome outcome{run_tool(wrong.words)};

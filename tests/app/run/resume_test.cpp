@@ -1,16 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include <signal.h>
-#include <spawn.h>
-#include <sys/wait.h>
-
-#include <chrono>
 #include <fstream>
-#include <thread>
 
 #include "support.hpp"
-
-extern char** environ;
 
 namespace stereogrid::app::testing {
 namespace {
@@ -27,18 +19,6 @@ void append(const fs::path& path, const std::string& text) {
   std::ofstream{path, std::ios::app | std::ios::binary} << text;
 }
 
-TEST(Resume, GoesOnExactly) {
-  const TemporaryFolder folder;
-  run_well(command(folder / "whole", "0:5"));
-  run_well(command(folder / "parts", "0:2"));
-  EXPECT_EQ(lines_of(folder / "parts").size(), 3U);
-  run_well(command(folder / "parts", "0:5", "--resume"));
-  expect_equal_runs(folder / "whole", folder / "parts");
-  const Json run(json_of(folder / "parts" / "run.json"));
-  EXPECT_EQ(run["frames"]["done"], 6);
-  EXPECT_EQ(run["frames"]["complete"], true);
-}
-
 TEST(Resume, DropsATornLastLine) {
   const TemporaryFolder folder;
   run_well(command(folder / "whole", ":"));
@@ -46,6 +26,9 @@ TEST(Resume, DropsATornLastLine) {
   append(folder / "torn" / "frames.jsonl", R"({"index":4,"name":"0000)");
   run_well(command(folder / "torn", ":", "--resume"));
   expect_equal_runs(folder / "whole", folder / "torn");
+  const Json run(json_of(folder / "torn" / "run.json"));
+  EXPECT_EQ(run["frames"]["done"], 6);
+  EXPECT_EQ(run["frames"]["complete"], true);
 }
 
 TEST(Resume, OfAFinishedRunChangesNothing) {
@@ -85,15 +68,6 @@ TEST(Resume, WithoutItAFolderWithARunIsRefused) {
   const Outcome again{run_tool(command(folder / "run", "0:0"))};
   EXPECT_EQ(again.exit_code, 64);
   EXPECT_THAT(again.errors, HasSubstr("--resume"));
-}
-
-TEST(Resume, ComplainsOfADamagedLine) {
-  const TemporaryFolder folder;
-  run_well(command(folder / "run", "0:0"));
-  append(folder / "run" / "frames.jsonl", "no json\n");
-  const Outcome outcome{run_tool(command(folder / "run", "0:2", "--resume"))};
-  EXPECT_EQ(outcome.exit_code, 65);
-  EXPECT_THAT(outcome.errors, HasSubstr("line 2"));
 }
 
 /// One sitting of a run that is done in several.
@@ -143,53 +117,6 @@ TEST(Resume, ADamagedSavedStateIsToldAndDoneWithout) {
     EXPECT_THAT(sit(run, ":14", {"--checkpoint-every", "5"}).errors, HasSubstr("state.npz"));
     expect_equal_runs(folder / "whole", run);
   }
-}
-
-TEST(Resume, WithOdometryGoesOnExactly) {
-  const TemporaryFolder folder;
-  const std::string scene{"scene:street?frames=6&width=256&height=160"};
-  const auto drive = [&](const std::string& out, const std::string& frames) {
-    run_well({"run", scene, "--out", (folder / out).string(), "--poses", "odometry", "--frames", frames, "--resume"});
-  };
-  drive("whole", ":");
-  drive("parts", ":2");
-  drive("parts", ":");
-  expect_equal_runs(folder / "whole", folder / "parts");
-  EXPECT_GT(lines_of(folder / "parts").back()["pose"]["x_m"].get<double>(), 3);
-}
-
-pid_t start(std::vector<std::string> words) {
-  words.insert(words.begin(), STEREOGRID_TOOL);
-  std::vector<char*> arguments;
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  pid_t process{-1};
-  EXPECT_EQ(posix_spawn(&process, STEREOGRID_TOOL, nullptr, nullptr, arguments.data(), environ), 0);
-  return process;
-}
-
-TEST(Interrupt, LeavesARunThatCanGoOn) {
-  const TemporaryFolder folder;
-  const std::vector<std::string> words{"run", "scene:street?frames=40&width=320&height=200", "--out",
-                                       (folder / "run").string(), "--quiet"};
-  const pid_t process{start(words)};
-  const auto deadline{std::chrono::steady_clock::now() + std::chrono::seconds{30}};
-  while (lines_of(folder / "run").empty() && std::chrono::steady_clock::now() < deadline) {
-    std::this_thread::sleep_for(std::chrono::milliseconds{5});
-  }
-  kill(process, SIGINT);
-  int status{0};
-  ASSERT_EQ(waitpid(process, &status, 0), process);
-  ASSERT_TRUE(WIFEXITED(status));
-  EXPECT_EQ(WEXITSTATUS(status), 130);
-  const Json run(json_of(folder / "run" / "run.json"));
-  EXPECT_EQ(run["frames"]["complete"], false);
-  EXPECT_EQ(run["frames"]["done"], lines_of(folder / "run").size());
-  EXPECT_LT(lines_of(folder / "run").size(), 40U);
-  std::vector<std::string> on{words};
-  on.insert(on.end(), {"--resume", "--frames", ":20"});
-  run_well(on);
-  EXPECT_GE(lines_of(folder / "run").size(), 21U);
 }
 
 }  // namespace
