@@ -156,18 +156,14 @@ TEST(Evaluate, ScoresObstaclesWhereOnlyTheyAreLabelled) {
   }
 
   label("000007");
-  const Outcome outcome{run_tool({"evaluate", run.string()})};
-  EXPECT_EQ(outcome.exit_code, 65);
-  EXPECT_THAT(outcome.errors, HasSubstr("has object labels from 1 s on"));
+  EXPECT_THAT(errors_of(65, {"evaluate", run.string()}), HasSubstr("has object labels from 1 s on"));
 }
 
 TEST(Evaluate, RefusesCellsOfAnotherSize) {
   const TemporaryFolder folder;
   const std::string scene{small_scene("empty", "&frames=1")};
   run_well({"run", scene, "--out", (folder / "run").string(), "--set", "grid.cell_size_m=0.5"});
-  const Outcome outcome{run_tool({"evaluate", (folder / "run").string(), scene})};
-  EXPECT_EQ(outcome.exit_code, 65);
-  EXPECT_THAT(outcome.errors, HasSubstr("grid.cell_size_m=0.2"));
+  EXPECT_THAT(errors_of(65, {"evaluate", (folder / "run").string(), scene}), HasSubstr("grid.cell_size_m=0.2"));
 }
 
 TEST(Evaluate, SaysWhatIsMissing) {

@@ -216,9 +216,8 @@ TEST(Live, RefusesWhatCannotBe) {
 }
 
 TEST(Live, ListensOnlyWhereSomethingIsShown) {
-  const Outcome outcome{run_tool({"run", small_scene("street", "&frames=1"), "--out", "nowhere", "--listen", ":0"})};
-  EXPECT_EQ(outcome.exit_code, 64);
-  EXPECT_THAT(outcome.errors, HasSubstr("--view"));
+  EXPECT_THAT(errors_of(64, {"run", small_scene("street", "&frames=1"), "--out", "nowhere", "--listen", ":0"}),
+              HasSubstr("--view"));
 }
 
 TEST(Live, CountsAFrameThatCannotBeReadOnce) {

@@ -106,9 +106,8 @@ TEST(Options, AFileWhereTheResultsShouldGoStaysAsItIs) {
   const fs::path file{folder / "a_file"};
   std::ofstream{file} << "text";
   for (const char* command : {"run", "simulate"}) {
-    const Outcome outcome{run_tool({command, small_scene("empty", "&frames=1"), "--out", file.string()})};
-    EXPECT_EQ(outcome.exit_code, 75) << command;
-    EXPECT_THAT(outcome.errors, AllOf(HasSubstr(file.string()), HasSubstr("the folder cannot be made"))) << command;
+    EXPECT_THAT(errors_of(75, {command, small_scene("empty", "&frames=1"), "--out", file.string()}),
+                AllOf(HasSubstr(file.string()), HasSubstr("the folder cannot be made")));
   }
   EXPECT_EQ(text_of(file), "text");
 }

@@ -46,6 +46,12 @@ Outcome run_well(const std::vector<std::string>& words) {
   return outcome;
 }
 
+std::string errors_of(int exit_code, const std::vector<std::string>& words, const std::string& environment) {
+  const Outcome outcome{run_tool(words, environment)};
+  EXPECT_EQ(outcome.exit_code, exit_code) << outcome.errors;
+  return outcome.errors;
+}
+
 std::string text_of(const fs::path& path) {
   std::ostringstream text;
   text << std::ifstream{path, std::ios::binary}.rdbuf();

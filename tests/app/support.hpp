@@ -42,6 +42,8 @@ Outcome run_program(const std::string& program, const std::vector<std::string>& 
 
 /// The same; the test fails where it does not end with 0.
 Outcome run_well(const std::vector<std::string>& words);
+/// Messages of the tool, which has to end with this exit code.
+std::string errors_of(int exit_code, const std::vector<std::string>& words, const std::string& environment = "");
 
 /// A word of the command line.
 std::string quoted(const std::string& word);

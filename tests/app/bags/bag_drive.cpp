@@ -174,6 +174,14 @@ Outcome Bags::run_bag(const fs::path& path, const std::vector<std::string>& more
   return run_tool(words);
 }
 
+std::string Bags::expect_plain(const std::vector<Entry>& content) {
+  write_mcap(bag(), content);
+  const Outcome outcome{run_bag(bag())};
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
+  expect_equal_runs(plain(), out());
+  return outcome.errors;
+}
+
 void Bags::expect_complaint(const std::vector<Entry>& content, const std::string& said,
                             const std::vector<std::string>& more) {
   write_mcap(bag(), content);

@@ -72,6 +72,8 @@ class Bags : public ::testing::Test {
 
   /// Into out(), which is emptied before.
   static Outcome run_bag(const fs::path& path, const std::vector<std::string>& more = {"--poses", "none"});
+  /// Expects the run of this bag to equal that of the plain folder. Returns its messages.
+  static std::string expect_plain(const std::vector<Entry>& content);
   static void expect_complaint(const std::vector<Entry>& content, const std::string& said,
                                const std::vector<std::string>& more = {});
 

@@ -75,10 +75,7 @@ TEST_F(Bags, LuminanceAndSixteenBitsGiveWhatGreyGives) {
       if (one.type != CameraInfo::type_name)
         recode(one, coding.name, coding.pixel_bytes, coding.bytes_of, coding.rows_behind);
     }
-    write_mcap(bag(), all);
-    const Outcome outcome{run_bag(bag())};
-    ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
-    expect_equal_runs(plain(), out());
+    expect_plain(all);
   }
 }
 
@@ -110,10 +107,7 @@ TEST_F(Bags, BothImagesMayBeOnOneTopic) {
     }
     joined.push_back(entry("/stereo/image_rect", one.log_ns, both));
   }
-  write_mcap(bag(), joined);
-  const Outcome outcome{run_bag(bag())};
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
-  expect_equal_runs(plain(), out());
+  expect_plain(joined);
   std::erase_if(all, [](const Entry& one) { return one.topic.starts_with("/right"); });
   expect_complaint(all, "has the images of one camera alone: /left/image_rect, 160×100 px");
 }

@@ -53,9 +53,7 @@ TEST(BadFrame, EverywhereEndsTheRunBeforeItBegins) {
   const TemporaryFolder folder;
   simulate(folder / "drive", "street", "&frames=2");
   for (const char* name : {"000000.png", "000001.png"}) cut_in_half(folder / "drive" / "left" / name);
-  const Outcome outcome{run_tool(run_words(folder / "drive", folder / "run"))};
-  EXPECT_EQ(outcome.exit_code, 65);
-  EXPECT_THAT(outcome.errors, HasSubstr("000000.png"));
+  EXPECT_THAT(errors_of(65, run_words(folder / "drive", folder / "run")), HasSubstr("000000.png"));
   EXPECT_FALSE(fs::exists(folder / "run" / "run.json"));
 }
 
@@ -138,14 +136,12 @@ TEST(ExitCodes, WhatMayWorkLaterIs75) {
   const TemporaryFolder folder;
   const std::string out{(folder / "run").string()};
   const std::string scene{small_scene("empty", "&frames=1")};
-  const Outcome cuda{run_tool({"run", scene, "--out", out, "--device", "cuda"}, no_cuda)};
-  EXPECT_EQ(cuda.exit_code, 75);
-  EXPECT_THAT(cuda.errors, ::testing::AllOf(HasSubstr("--device cuda"), HasSubstr("missing.so could not be loaded")));
+  EXPECT_THAT(errors_of(75, {"run", scene, "--out", out, "--device", "cuda"}, no_cuda),
+              ::testing::AllOf(HasSubstr("--device cuda"), HasSubstr("missing.so could not be loaded")));
   std::ofstream{folder / "a_file"} << "x";
   EXPECT_EQ(run_tool({"run", scene, "--out", (folder / "a_file" / "run").string()}).exit_code, 75);
-  const Outcome film{run_tool({"run", scene, "--out", out, "--video", "x.mp4"}, "PATH=/nonexistent")};
-  EXPECT_EQ(film.exit_code, 75);
-  EXPECT_THAT(film.errors, HasSubstr("ffmpeg"));
+  EXPECT_THAT(errors_of(75, {"run", scene, "--out", out, "--video", "x.mp4"}, "PATH=/nonexistent"),
+              HasSubstr("ffmpeg"));
 }
 
 TEST(ExitCodes, HelpAndVersionAre0) {

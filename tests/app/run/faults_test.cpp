@@ -204,10 +204,10 @@ TEST_F(Faults, AnInputThatHangsEndsTheRunAndItGoesOnLater) {
                                     "--resume", "--input-wait", "1"};
   };
   run_well(words("in_one_go"));
-  const Outcome hung{run_tool(words("hung"), "LD_PRELOAD=" + quoted(STEREOGRID_FAULTS_LIBRARY) +
-                                                 " STEREOGRID_FAULTS_HANG=" + quoted(drive / "left" / "000005.png"))};
-  EXPECT_EQ(hung.exit_code, 75);
-  EXPECT_THAT(hung.errors, HasSubstr("frame 5 has not come within 1 s"));
+  EXPECT_THAT(errors_of(75, words("hung"),
+                        "LD_PRELOAD=" + quoted(STEREOGRID_FAULTS_LIBRARY) +
+                            " STEREOGRID_FAULTS_HANG=" + quoted(drive / "left" / "000005.png")),
+              HasSubstr("frame 5 has not come within 1 s"));
   EXPECT_EQ(lines_of(path("hung")).size(), 5U);
   EXPECT_EQ(json_of(path("hung") / "run.json")["frames"]["done"], 5);
   run_well(words("hung"));

@@ -39,10 +39,9 @@ TEST(Lock, KeepsASecondRunOut) {
   const Process first{command(out, ":")};
   wait_for_a_frame(out);
   for (const char* flag : {"--resume", "--quiet"}) {
-    const Outcome second{run_tool(command(out, ":", flag))};
-    EXPECT_EQ(second.exit_code, 75) << flag;
-    EXPECT_THAT(second.errors, AllOf(HasSubstr("another stereogrid is writing to " + out.string()),
-                                     HasSubstr("(process " + std::to_string(first.id()) + ")")));
+    EXPECT_THAT(errors_of(75, command(out, ":", flag)),
+                AllOf(HasSubstr("another stereogrid is writing to " + out.string()),
+                      HasSubstr("(process " + std::to_string(first.id()) + ")")));
   }
 }
 

@@ -93,9 +93,7 @@ TEST(Mask, WhatCannotBeOneIsRefused) {
     EXPECT_THAT(complaint(input, (folder / "photo.png").string()), HasSubstr("is a JPEG"));
   }
   std::ofstream{drive / "calibration.yaml", std::ios::app} << "mask: [1, 2]\n";
-  const Outcome outcome{run_tool({"info", drive.string()})};
-  EXPECT_EQ(outcome.exit_code, 65);
-  EXPECT_THAT(outcome.errors, HasSubstr("'mask' in line"));
+  EXPECT_THAT(errors_of(65, {"info", drive.string()}), HasSubstr("'mask' in line"));
 }
 
 TEST(Mask, ARunGoesOnWithItsOwnOnly) {
@@ -103,9 +101,8 @@ TEST(Mask, ARunGoesOnWithItsOwnOnly) {
   put_mask(folder / "mask.png");
   const std::string run{(folder / "run").string()};
   run_well({"run", scene, "--out", run, "--frames", "0:1"});
-  const Outcome outcome{run_tool({"run", scene, "--out", run, "--resume", "--mask", (folder / "mask.png").string()})};
-  EXPECT_EQ(outcome.exit_code, 64);
-  EXPECT_THAT(outcome.errors, HasSubstr("input/mask"));
+  EXPECT_THAT(errors_of(64, {"run", scene, "--out", run, "--resume", "--mask", (folder / "mask.png").string()}),
+              HasSubstr("input/mask"));
 }
 
 }  // namespace

@@ -246,9 +246,7 @@ TEST_F(RunMcap, RefusesWhatCannotBe) {
       {{"run", small_scene("empty", "&frames=1"), "--out", (*folder / "never").string(), "--mcap-topics", "tf"},
        "Give --mcap FILE, too"}};
   for (const Refused& refused : all) {
-    const Outcome outcome{run_tool(refused.words)};
-    EXPECT_EQ(outcome.exit_code, 64) << outcome.errors;
-    EXPECT_THAT(outcome.errors, HasSubstr(refused.said));
+    EXPECT_THAT(errors_of(64, refused.words), HasSubstr(refused.said));
   }
   EXPECT_EQ(text_of(*folder / "there.mcap"), "mine");
   EXPECT_FALSE(fs::exists(*folder / "there"));

@@ -72,15 +72,13 @@ TEST_F(Poses, FileMeansTheInputsOwn) {
   run_well({"run", drive_, "--out", out("again"), "--poses", "file"});
   EXPECT_EQ(x_m("again"), x_m("file"));
   remove_poses();
-  const Outcome outcome{run_tool({"run", drive_, "--out", out("without"), "--poses", "file"})};
-  EXPECT_EQ(outcome.exit_code, 65);
-  EXPECT_THAT(outcome.errors, AllOf(HasSubstr("there are no poses"), HasSubstr("--poses odometry")));
+  EXPECT_THAT(errors_of(65, {"run", drive_, "--out", out("without"), "--poses", "file"}),
+              AllOf(HasSubstr("there are no poses"), HasSubstr("--poses odometry")));
 }
 
 TEST_F(Poses, AFileThatIsNotThereIsNamed) {
-  const Outcome outcome{run_tool({"run", drive_, "--out", out("x"), "--poses", out("nowhere.csv")})};
-  EXPECT_EQ(outcome.exit_code, 65);
-  EXPECT_THAT(outcome.errors, HasSubstr("nowhere.csv"));
+  EXPECT_THAT(errors_of(65, {"run", drive_, "--out", out("x"), "--poses", out("nowhere.csv")}),
+              HasSubstr("nowhere.csv"));
   EXPECT_EQ(run_tool({"run", scene, "--out", out("y"), "--poses", out("nowhere.csv")}).exit_code, 64);
 }
 

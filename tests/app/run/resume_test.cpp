@@ -50,24 +50,16 @@ TEST(Resume, RefusesOtherSettingsAndNamesThem) {
   run_well(command(folder / "run", "0:0"));
   std::vector<std::string> words{command(folder / "run", "0:2", "--resume")};
   words.insert(words.end(), {"--set", "filter.decay_time_s=5"});
-  const Outcome other{run_tool(words)};
-  EXPECT_EQ(other.exit_code, 64);
-  EXPECT_THAT(other.errors, HasSubstr("filter/decay_time_s: was 2"));
+  EXPECT_THAT(errors_of(64, words), HasSubstr("filter/decay_time_s: was 2"));
   words.insert(words.end() - 2, {"--compact"});
-  const Outcome compact{run_tool(words)};
-  EXPECT_EQ(compact.exit_code, 64);
-  EXPECT_THAT(compact.errors, HasSubstr("compact: was false, is true"));
-  const Outcome later{run_tool(command(folder / "run", "1:2", "--resume"))};
-  EXPECT_EQ(later.exit_code, 64);
-  EXPECT_THAT(later.errors, HasSubstr("first frame: was 0, is 1"));
+  EXPECT_THAT(errors_of(64, words), HasSubstr("compact: was false, is true"));
+  EXPECT_THAT(errors_of(64, command(folder / "run", "1:2", "--resume")), HasSubstr("first frame: was 0, is 1"));
 }
 
 TEST(Resume, WithoutItAFolderWithARunIsRefused) {
   const TemporaryFolder folder;
   run_well(command(folder / "run", "0:0"));
-  const Outcome again{run_tool(command(folder / "run", "0:0"))};
-  EXPECT_EQ(again.exit_code, 64);
-  EXPECT_THAT(again.errors, HasSubstr("--resume"));
+  EXPECT_THAT(errors_of(64, command(folder / "run", "0:0")), HasSubstr("--resume"));
 }
 
 /// One sitting of a run that is done in several.

@@ -142,13 +142,10 @@ TEST(Sparse, LayersAreThoseAskedFor) {
 
 TEST(Sparse, UnknownLayersAreRefusedAndThoseThereAreNamed) {
   const TemporaryFolder folder;
-  const Outcome unknown{run_tool(street(folder / "run", {"--layers", "occupancy,speed"}))};
-  EXPECT_EQ(unknown.exit_code, 64);
-  EXPECT_THAT(unknown.errors, HasSubstr("--layers speed: there is no such layer. There are: observed, elevation_m, "
-                                        "elevation_sigma_m, occupancy, mov"));
-  const Outcome large{run_tool(street(folder / "run", {"--compact", "--layers", "world_occupancy"}))};
-  EXPECT_EQ(large.exit_code, 64);
-  EXPECT_THAT(large.errors,
+  EXPECT_THAT(errors_of(64, street(folder / "run", {"--layers", "occupancy,speed"})),
+              HasSubstr("--layers speed: there is no such layer. There are: observed, elevation_m, "
+                        "elevation_sigma_m, occupancy, mov"));
+  EXPECT_THAT(errors_of(64, street(folder / "run", {"--compact", "--layers", "world_occupancy"})),
               HasSubstr("no such layer in --compact. There are: observed, occupancy, moving, age_s, vel"));
   EXPECT_EQ(run_tool(street(folder / "run", {"--every", "0"})).exit_code, 64);
   EXPECT_EQ(run_tool(street(folder / "run", {"--every", "-1"})).exit_code, 64);

@@ -96,9 +96,8 @@ TEST_F(Unavailable, AnImageThatIsLookedAtFirstEndsTheRunBeforeItBegins) {
 
 TEST_F(Unavailable, AnImageEndsAReplay) {
   take_away("left/000006.png");
-  const Outcome stopped{run_tool({"live", drive(), "--listen", ":0", "--speed", "10"})};
-  EXPECT_EQ(stopped.exit_code, 75) << stopped.errors;
-  EXPECT_THAT(stopped.errors, HasSubstr("000006.png: there is no such file"));
+  EXPECT_THAT(errors_of(75, {"live", drive(), "--listen", ":0", "--speed", "10"}),
+              HasSubstr("000006.png: there is no such file"));
 }
 
 #ifdef STEREOGRID_FAULTS_LIBRARY
@@ -142,9 +141,8 @@ class UnavailableBags : public Bags {
     ASSERT_EQ(lines_of(whole).size(), 80U);
     const fs::path second{out() / "grids" / files_in(whole / "grids")[1]};
     const std::vector<std::string> words{"run", path.string(), "--out", out().string(), "--poses", "none", "--resume"};
-    const Outcome stopped{run_tool(words, failing_disk(file, second))};
-    EXPECT_EQ(stopped.exit_code, 75) << stopped.errors;
-    EXPECT_THAT(stopped.errors, AllOf(HasSubstr("cannot be read"), HasSubstr("of 80 frames are done")));
+    EXPECT_THAT(errors_of(75, words, failing_disk(file, second)),
+                AllOf(HasSubstr("cannot be read"), HasSubstr("of 80 frames are done")));
     EXPECT_EQ(json_of(out() / "run.json")["frames"]["skipped"], 0);
     EXPECT_LT(lines_of(out()).size(), 80U);
     run_well(words);
