@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <cstdio>
 #include <cstdlib>
-#include <vector>
 
 #include "stereogrid/pipeline.hpp"
 #include "stereogrid/scenes/scene.hpp"

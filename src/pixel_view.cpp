@@ -3,7 +3,6 @@
 #include "stereogrid/pixel_view.hpp"
 
 #include <algorithm>
-#include <cstdlib>
 #include <cstring>
 #include <limits>
 

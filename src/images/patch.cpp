@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "images/patch.hpp"
 
-#include <cmath>
-
 #include "images/patch_formulas.hpp"
 
 namespace stereogrid {

@@ -8,7 +8,6 @@
 #include <cstdlib>
 #include <filesystem>
 #include <string>
-#include <vector>
 
 #include "pipeline/build_id.hpp"
 #include "stereogrid/error.hpp"

@@ -4,12 +4,8 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cstdint>
-#include <memory>
 #include <optional>
-#include <span>
 #include <stdexcept>
-#include <string>
 #include <type_traits>
 #include <utility>
 

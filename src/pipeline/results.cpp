@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/results.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 #include "filter/filter.hpp"

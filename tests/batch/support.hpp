@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <string>
 
 #include "../temporary_folder.hpp"
 #include "batch/plan.hpp"

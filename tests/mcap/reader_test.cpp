@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereogrid/mcap/reader.hpp"
 
-#include <random>
-
 #include "support.hpp"
 
 namespace stereogrid::mcap::testing {

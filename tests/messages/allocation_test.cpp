@@ -4,7 +4,6 @@
 // Allocations of sending: none after the first frames but for points. Allocations of a decoder with malicious bytes.
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cstring>
 #include <vector>
 

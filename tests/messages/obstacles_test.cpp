@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <set>
 
 #include "stereogrid/messages/definition.hpp"
 #include "stereogrid/messages/nav2_dynamic_msgs.hpp"

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <tuple>
-#include <type_traits>
 
 #include "stereogrid/messages/diagnostic_msgs.hpp"
 #include "stereogrid/messages/foxglove_msgs.hpp"

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
 #include "../evaluation/support.hpp"
 #include "baselines/baselines.hpp"

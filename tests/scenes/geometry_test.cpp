@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
 #include "world/angle.hpp"
 #include "world/polygon.hpp"

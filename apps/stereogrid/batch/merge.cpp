@@ -4,11 +4,9 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
 #include <optional>
 #include <system_error>
 
-#include "batch/results.hpp"
 #include "batch/status.hpp"
 #include "cli/progress.hpp"
 #include "stereogrid/error.hpp"

@@ -9,7 +9,6 @@
 #include <chrono>
 #include <fstream>
 #include <new>
-#include <string>
 #include <system_error>
 
 #include "batch/results.hpp"

@@ -3,7 +3,6 @@
 #include "evaluate/truth_source.hpp"
 
 #include <utility>
-#include <vector>
 
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/recording.hpp"

@@ -11,7 +11,6 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
-#include <string>
 #include <system_error>
 #include <thread>
 

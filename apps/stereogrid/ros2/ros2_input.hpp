@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <memory>
-
 #include "connect/ros2_node.hpp"
 #include "input.hpp"
 #include "live/live_input.hpp"

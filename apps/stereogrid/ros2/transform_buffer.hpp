@@ -10,7 +10,6 @@
 #include <opencv2/core/affine.hpp>
 #include <opencv2/core/quaternion.hpp>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "stereogrid/camera.hpp"

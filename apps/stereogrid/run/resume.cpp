@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <optional>
-#include <vector>
 
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/run_folder/checkpoint.hpp"

@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <string>
 
 #include "files/png.hpp"
 #include "stereogrid/error.hpp"

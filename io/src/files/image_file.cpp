@@ -7,14 +7,11 @@
 #include <cstring>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
-#include <string>
 #include <string_view>
-#include <vector>
 
 #include "files/decode_image.hpp"
 #include "files/png.hpp"
 #include "stereogrid/error.hpp"
-#include "stereogrid/io/file.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/opencv.hpp"
 

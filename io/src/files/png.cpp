@@ -15,7 +15,6 @@
 #include <new>
 #include <opencv2/imgproc.hpp>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "files/decode_image.hpp"

@@ -3,7 +3,6 @@
 #include "stereogrid/io/frame_queue.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <condition_variable>
 #include <exception>
 #include <mutex>

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <functional>
 #include <string_view>
-#include <vector>
 
 #include "stereogrid/io/npz.hpp"
 

@@ -6,7 +6,6 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <vector>
 
 #include "stereogrid/camera.hpp"
 #include "stereogrid/frame.hpp"

@@ -3,12 +3,10 @@
 #pragma once
 
 #include <chrono>
-#include <cstddef>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <set>
-#include <vector>
 
 #include "counters.hpp"
 #include "foxglove/hub.hpp"

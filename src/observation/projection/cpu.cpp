@@ -2,9 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "backend/cpu.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 #include "clamped_to_int.hpp"
 #include "observation/projection/projection.hpp"
 #include "observation/projection/spans.hpp"

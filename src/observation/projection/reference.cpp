@@ -3,7 +3,6 @@
 #include "backend/reference.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "observation/projection/projection.hpp"
 

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "backend/cpu.hpp"
 
-#include <algorithm>
 #include <numeric>
 
 #include "observation/rays/count_simd.hpp"

@@ -3,7 +3,6 @@
 #include "observation/rays/hidden.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace stereogrid {
 namespace {

@@ -3,7 +3,6 @@
 #include "backend/reference.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "observation/u_disparity/model.hpp"
 #include "observation/u_disparity/u_disparity.hpp"

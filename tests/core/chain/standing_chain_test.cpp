@@ -4,7 +4,6 @@
 // Vehicles that stand: repeated frames add nothing, and an obstacle that is too close stays.
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 
 #include "staged.hpp"
 #include "support.hpp"

@@ -4,8 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "ground/model.hpp"
 #include "stereogrid/error.hpp"
 #include "support.hpp"

@@ -4,7 +4,6 @@
 // Results of the caller's own: nothing of them is read, and all of them is written.
 #include <gtest/gtest.h>
 
-#include <array>
 #include <utility>
 
 #include "chain_equality.hpp"

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <string>
-#include <vector>
 
 #include "../messages/types.hpp"
 #include "stereogrid/messages/cdr.hpp"

@@ -3,7 +3,6 @@
 #include "stereogrid/io/poses.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "input/poses/stamps.hpp"

@@ -2,9 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <opencv2/core/matx.hpp>
-#include <string>
 #include <vector>
 
 #include "input/calibration/calibration_forms.hpp"

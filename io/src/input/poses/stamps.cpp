@@ -8,8 +8,6 @@
 #include <charconv>
 #include <chrono>
 #include <cmath>
-#include <optional>
-#include <string>
 
 #include "input/poses/kitti_text.hpp"
 #include "stereogrid/error.hpp"
