@@ -6,6 +6,7 @@
 #define HWY_TARGET_INCLUDE "observation/rays/count_simd.cpp"  // NOLINT
 #include "hwy/foreach_target.h"                               // IWYU pragma: keep
 // after foreach_target
+#include "hwy/cache_control.h"
 #include "hwy/highway.h"
 #include "observation/rays/count_simd.hpp"
 #include "observation/u_disparity/vectors_simd.hpp"
@@ -63,6 +64,7 @@ class RayCounter {
     for (int v{0}; v < space_.height; ++v) {
       const float* const obstacle{matches_.obstacle.row(v) + begin_};
       const float* const road{matches_.road.row(v) + begin_};
+      prefetch(v + rows_ahead);
       for_vectors(Floats{}, columns_, [&](int i, auto n) HWY_ATTR {
         add(v, i, load(Floats{}, obstacle + i, n), load(Floats{}, road + i, n));
       });
@@ -73,6 +75,14 @@ class RayCounter {
 
  private:
   static constexpr std::int16_t on_plane{0};
+  static constexpr int rows_ahead{8};
+
+  // Processors foresee steps along a row only. The block before has read the first columns' line.
+  HWY_INLINE void prefetch(int v) const {
+    if (v >= space_.height) return;
+    hwy::Prefetch(matches_.obstacle.row(v) + begin_ + columns_ - 1);
+    hwy::Prefetch(matches_.road.row(v) + begin_ + columns_ - 1);
+  }
 
   [[nodiscard]] int pitch() const { return space_.bins + 1; }
   [[nodiscard]] int raised_bins() const { return space_.relief.is_plane() ? 1 : space_.relief.rows.width; }
