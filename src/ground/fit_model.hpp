@@ -70,12 +70,21 @@ struct NormalEquations {
   Vector3 vector{};
   int inliers{0};
 
+  // Without loops over `row`: g++ would store its numbers one by one and load two at once, which stalls.
   void add(const Vector3& row, double weight, double r) {
+    const double x{row[0]};
+    const double y{row[1]};
+    const double z{row[2]};
     ++inliers;
-    for (int i{0}; i < 3; ++i) {
-      vector[i] += weight * r * row[i];
-      for (int j{0}; j <= i; ++j) matrix[i][j] += weight * row[i] * row[j];
-    }
+    vector[0] += weight * r * x;
+    vector[1] += weight * r * y;
+    vector[2] += weight * r * z;
+    matrix[0][0] += weight * x * x;
+    matrix[1][0] += weight * y * x;
+    matrix[1][1] += weight * y * y;
+    matrix[2][0] += weight * z * x;
+    matrix[2][1] += weight * z * y;
+    matrix[2][2] += weight * z * z;
   }
   STEREOGRID_HD void complete() {
     for (int i{0}; i < 3; ++i) {

@@ -34,11 +34,17 @@ struct Sums {
   std::array<float, 3> xy{};
   float yy{0};
 
-  void add(const std::array<float, 3>& x, float y) {
-    for (std::size_t i{0}; i < 3; ++i) {
-      for (std::size_t j{0}; j <= i; ++j) xx[i][j] += x[i] * x[j];
-      xy[i] += x[i] * y;
-    }
+  // Without loops: g++ would store numbers one by one and load two at once, which stalls.
+  void add(float row, float shape, float y) {
+    xx[0][0] += 1;
+    xx[1][0] += row;
+    xx[1][1] += row * row;
+    xx[2][0] += shape;
+    xx[2][1] += shape * row;
+    xx[2][2] += shape * shape;
+    xy[0] += y;
+    xy[1] += row * y;
+    xy[2] += shape * y;
     yy += y * y;
   }
 };
@@ -89,7 +95,7 @@ TrenchFit fit_of(const float* edge, const std::vector<float>& fall, int edge_pla
   const float* const d{edge - edge_place};
   Sums sums;
   for (std::size_t i{0}; i < fall.size(); ++i) {
-    if (d[i] > 0) sums.add({1, static_cast<float>(i) - static_cast<float>(edge_place), fall[i]}, d[i] - *edge);
+    if (d[i] > 0) sums.add(static_cast<float>(i) - static_cast<float>(edge_place), fall[i], d[i] - *edge);
   }
   return sums.xx[0][0] < rows_seen_min * static_cast<float>(fall.size()) ? TrenchFit{} : fitted(sums);
 }
