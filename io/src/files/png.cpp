@@ -57,6 +57,7 @@ struct Parts {
 
 Parts parts_of(const std::string& file, std::string_view bytes) {
   Parts parts;
+  parts.packed.reserve(bytes.size());
   bytes.remove_prefix(png_signature.size());
   while (const auto chunk = take_chunk(bytes)) {
     if (libdeflate_crc32(0, chunk->covered.data(), chunk->covered.size()) != chunk->checksum) {
@@ -149,21 +150,18 @@ bool remove_filter(int filter, std::uint8_t* row, const std::uint8_t* above, std
   }
 }
 
-bool inflate(const std::string& packed, std::vector<std::uint8_t>& bytes) {
+bool inflate(const std::string& packed, cv::Mat& bytes) {
   const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)> decompressor{
       libdeflate_alloc_decompressor(), libdeflate_free_decompressor};
   return decompressor != nullptr &&
-         libdeflate_zlib_decompress(decompressor.get(), packed.data(), packed.size(), bytes.data(), bytes.size(),
+         libdeflate_zlib_decompress(decompressor.get(), packed.data(), packed.size(), bytes.data, bytes.total(),
                                     nullptr) == LIBDEFLATE_SUCCESS;
 }
 
 void copy_row(const Header& header, const std::uint8_t* from, std::uint8_t* to) {
-  if (header.bits == 8 || (header.bits == 16 && std::endian::native == std::endian::big)) {
-    std::copy_n(from, header.row_bytes(), to);
-    return;
-  }
   if (header.bits == 16) {  // stored with the most significant byte first
-    for (std::size_t i{0}; i < header.row_bytes(); ++i) to[i ^ 1] = from[i];
+    const std::size_t order{std::endian::native == std::endian::little ? 1U : 0U};
+    for (std::size_t i{0}; i < header.row_bytes(); ++i) to[i ^ order] = from[i];
     return;
   }
   const int largest{(1 << header.bits) - 1};
@@ -172,6 +170,14 @@ void copy_row(const Header& header, const std::uint8_t* from, std::uint8_t* to) 
     const int value{from[bit / 8] >> (8 - header.bits - bit % 8) & largest};
     to[u] = static_cast<std::uint8_t>(header.is_indexed ? value : value * 255 / largest);
   }
+}
+
+/// Image of unfiltered rows; bytes stay where they are.
+cv::Mat unpacked(const Header& header, const cv::Mat& rows) {
+  if (header.bits == 8) return rows.reshape(header.channels);
+  cv::Mat image(header.height, header.width, CV_MAKETYPE(header.bits == 16 ? CV_16U : CV_8U, header.channels));
+  for (int v{0}; v < header.height; ++v) copy_row(header, rows.ptr(v), image.ptr(v));
+  return image;
 }
 
 /// Replaces indices by colours; those that the palette lacks are black.
@@ -194,17 +200,16 @@ cv::Mat decode_png(const std::string& file, std::string_view bytes) {
   const std::size_t all_bytes{stored_bytes * static_cast<std::size_t>(header.height)};
   constexpr std::size_t largest_ratio{1032};  // deflate's: a small file does not reserve a large image
   if (all_bytes / largest_ratio > parts.packed.size()) fail_damaged(file);
-  std::vector<std::uint8_t> rows(all_bytes);
+  cv::Mat rows(header.height, static_cast<int>(stored_bytes), CV_8U);
   if (!inflate(parts.packed, rows)) fail_damaged(file);
-  cv::Mat image(header.height, header.width, CV_MAKETYPE(header.bits == 16 ? CV_16U : CV_8U, header.channels));
   const std::vector<std::uint8_t> nothing_above(stored_bytes, 0);
   const std::uint8_t* above{nothing_above.data()};
   for (int v{0}; v < header.height; ++v) {
-    std::uint8_t* const row{rows.data() + stored_bytes * static_cast<std::size_t>(v) + 1};
+    std::uint8_t* const row{rows.ptr(v) + 1};
     if (!remove_filter(row[-1], row, above, header.row_bytes(), header.pixel_bytes())) fail_damaged(file);
-    copy_row(header, row, image.ptr(v));
     above = row;
   }
+  cv::Mat image{unpacked(header, rows.colRange(1, rows.cols))};
   if (header.is_indexed) image = coloured(file, image, parts.palette);
   if (image.channels() == 2) cv::extractChannel(image, image, 0);
   if (image.channels() == 3) cv::cvtColor(image, image, cv::COLOR_RGB2BGR);
