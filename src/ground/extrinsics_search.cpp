@@ -74,6 +74,18 @@ bool explains_nearest(const Rig& rig, const std::vector<GroundSample>& samples, 
   return 10 * by_used_alone <= by_candidate && 2 * by_candidate >= ground_samples_min;
 }
 
+// True: the plane `seen` meets that of the extrinsics between the vehicle and the nearest visible ground.
+bool is_slope_ahead(const Rig& rig, const Ground& seen) {
+  constexpr double steepest{radians(20)};
+  constexpr double bend{1.25};  // a slope begins gently
+  const double turn{seen.pitch_rad - rig.camera_pitch_rad};
+  const double nearest_px{road_plane(rig, seen).disparity(rig.cx_px, rig.height_px)};
+  // a turned camera sees the road meet its plane at height·tan(turn/2) ahead
+  const double begin_m{(seen.height_m - rig.camera_height_m * std::cos(turn)) / std::sin(turn)};
+  return std::abs(turn) <= steepest && 4 * begin_m >= rig.camera_height_m &&
+         begin_m * nearest_px <= bend * rig.focal_px * rig.baseline_m;
+}
+
 }  // namespace
 
 bool RoadSupport::is_road() const {
@@ -195,6 +207,17 @@ std::optional<Ground> ExtrinsicsSearch::look(const std::vector<GroundSample>& sa
   return std::nullopt;
 }
 
+std::optional<Ground> ExtrinsicsSearch::find_slope(const std::vector<GroundSample>& samples, Point2 place) {
+  constexpr double length_of_height{10};
+  if (!is_given_) return std::nullopt;
+  if (!is_on_slope_) slope_from_ = place;
+  is_on_slope_ = true;
+  const double travelled_m{std::hypot(place.x - slope_from_.x, place.y - slope_from_.y)};
+  if (travelled_m > length_of_height * rig_.camera_height_m) return std::nullopt;
+  const std::optional<Ground> seen{search_extrinsics(rig_, turned_rad_, samples)};
+  return seen && is_slope_ahead(rig_, *seen) ? seen : std::nullopt;
+}
+
 bool ExtrinsicsSearch::may_replace(const std::vector<GroundSample>& samples, const Ground& used,
                                    const Ground& candidate, Point2 place) {
   constexpr double travel_of_height{4};  // distance over which the plane must hold, in heights of the camera
@@ -234,6 +257,7 @@ void ExtrinsicsSearch::begin_again() {
   is_certain_ = false;
   lost_s_ = 0;
   is_better_ = false;
+  is_on_slope_ = false;
 }
 
 std::optional<Ground> ExtrinsicsSearch::found() const {

@@ -57,6 +57,13 @@ class ExtrinsicsSearch {
   /// Plane in a frame that was matched on `used`. Empty: no plane, or `used` remains valid. If the frame does not
   /// contradict `used`, another plane must lie outside the gates and have clearly more samples.
   std::optional<Ground> look(const std::vector<GroundSample>& samples, const Ground& used, bool is_rejected);
+  /// Slope that fills the view: its plane meets that of the given extrinsics between the vehicle and the nearest
+  /// visible ground. Empty: none, or another cause. A camera that was turned sees the road meet that plane below
+  /// itself; one that was moved otherwise sees a slope that does not end within ten of its heights. `place`: see
+  /// may_replace().
+  std::optional<Ground> find_slope(const std::vector<GroundSample>& samples, Point2 place);
+  /// The nearest ground fits: no slope fills the view.
+  void leave_slope() { is_on_slope_ = false; }
   /// True: `candidate` may replace the extrinsics if verify() confirms it. `place`: vehicle position
   /// in the world frame, m.
   bool may_replace(const std::vector<GroundSample>& samples, const Ground& used, const Ground& candidate, Point2 place);
@@ -70,7 +77,8 @@ class ExtrinsicsSearch {
 
   template <class State>
   void exchange(State& state) {
-    state(fitting_, agreeing_, is_certain_, sum_, lost_s_, is_better_, better_, better_from_);
+    state(fitting_, agreeing_, is_certain_, sum_, lost_s_, is_better_, better_, better_from_, is_on_slope_,
+          slope_from_);
   }
 
  private:
@@ -88,6 +96,8 @@ class ExtrinsicsSearch {
   bool is_better_{false};  ///< `better_` has fitted all ground since `better_from_`
   Ground better_{0, 0, 0};
   Point2 better_from_;
+  bool is_on_slope_{false};  ///< slopes have filled the view since `slope_from_`
+  Point2 slope_from_;
 };
 
 }  // namespace stereogrid

@@ -123,8 +123,9 @@ void FramePipeline::find_terrain(const LevelFrame& frame, const GridGeometry& wi
   if (!terrain_) return;
   const ScopedTimer timer{terrain_ms_};
   const GridInVehicle window_cells{grid_in_vehicle(window, inverse(frame.world_from_vehicle))};
-  terrain_->find(stages_->obstacle_disparity(), stages_->road_disparity(), stages_->ground(), window_cells,
-                 ranges_of(cpu_), result);
+  const Ground& ground{stages_->ground()};
+  terrain_->find(stages_->obstacle_disparity(), stages_->road_disparity(), ground, slope_.value_or(ground),
+                 window_cells, ranges_of(cpu_), result);
   stages_->set_rules(terrain_->rules());
 }
 
@@ -173,6 +174,7 @@ bool FramePipeline::find_ground(const LevelFrame& frame, const Ground& expected)
     if (searches) search(frame);
   }
   if (terrain_) keep_near_ground(frame, expected, searches);
+  find_slope(frame);
   return is_first_ || searches;
 }
 
@@ -196,6 +198,25 @@ void FramePipeline::keep_near_ground(const LevelFrame& frame, const Ground& expe
   if (!fitted.holds() || fitted.misfit_px >= clearly_better * estimated.misfit_px) return;
   if (frame.is_given() || has_searched) match(near, false);
   stages_->set_ground(near);
+}
+
+// Matches on a slope that fills the view and contradicts the given extrinsics. Their plane stays the ground, and the
+// slope is relief over it.
+void FramePipeline::find_slope(const LevelFrame& frame) {
+  slope_ = std::nullopt;
+  if (!terrain_ || !config_.ground.estimate || !has_measured_ground_) return;
+  const Ground used{stages_->ground()};
+  const RoadPlane plane{road_plane(rig_, used)};
+  const auto holds = [&] {
+    return near_ground(rig_, extrinsics_samples_, plane, plane, nearest_part).holds() ||
+           !contradict(rig_, extrinsics_samples_, plane);
+  };
+  if (is_within_gates(rig_, config_.ground, used) && !is_jump(used) && holds()) return extrinsics_search_.leave_slope();
+  const Point2 place{frame.world_from_vehicle.x_m, frame.world_from_vehicle.y_m};
+  slope_ = extrinsics_search_.find_slope(extrinsics_samples_, place);
+  if (!slope_) return;
+  match(*slope_, false);
+  stages_->set_ground(calibrated_ground(rig_, config_.ground));
 }
 
 // A search that has failed is not repeated for some frames.
@@ -234,7 +255,7 @@ MatchedFrame FramePipeline::matched(const LevelFrame& frame) const {
 // Checks the extrinsics. A frame that is matched again on another ground plane is rejected.
 Rejection FramePipeline::check_extrinsics(const LevelFrame& frame, Rejection rejection) {
   const bool is_lost{rejection == Rejection::plane_contradicted || rejection == Rejection::road_not_seen};
-  if (rejection == Rejection::none && validator_.is_near_ground_known()) return rejection;
+  if (rejection == Rejection::none && (slope_ || validator_.is_near_ground_known())) return rejection;
   if (rejection == Rejection::identical_images || !extrinsics_search_.is_wanted(is_lost, frame.dt_s)) return rejection;
   extrinsics_samples_.clear();
   add_samples(matched(frame), extrinsics_samples_);
@@ -258,7 +279,7 @@ Rejection FramePipeline::check_extrinsics(const LevelFrame& frame, Rejection rej
 Rejection FramePipeline::validate(const LevelFrame& frame) {
   const bool jumps{is_jump(stages_->ground())};
   ground_ = stages_->ground();
-  Rejection rejection{validator_.validate(matched(frame), ground_, frame.dt_s)};
+  Rejection rejection{validator_.validate(matched(frame), slope_.value_or(ground_), frame.dt_s)};
   if (jumps && rejection == Rejection::none) rejection.reason = Rejection::plane_contradicted;
   return rejection;
 }

@@ -60,6 +60,7 @@ class FramePipeline {
   void compare_near(const LevelFrame& frame, const Ground& expected, const GridGeometry& window);
   bool find_ground(const LevelFrame& frame, const Ground& expected);
   void keep_near_ground(const LevelFrame& frame, const Ground& expected, bool has_searched);
+  void find_slope(const LevelFrame& frame);
   void find_terrain(const LevelFrame& frame, const GridGeometry& window, FrameResult& result);
   void find_blur(const LevelFrame& frame);
   void observe_and_filter(bool is_usable, std::span<const VelocityEvidence> velocities);
@@ -105,6 +106,7 @@ class FramePipeline {
 
   // per frame
   std::optional<Ground> disagreeing_;  ///< ground plane in view that contradicts extrinsics that stay
+  std::optional<Ground> slope_;        ///< slope that fills the view, relief over the ground
   double flow_ms_{0};
   double track_ms_{0};
   double terrain_ms_{0};

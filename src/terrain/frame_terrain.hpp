@@ -21,9 +21,9 @@ class FrameTerrain {
 
   /// Sets elevation and classes of `result`. Does nothing with GroundModel::plane.
   template <class ForRanges>
-  void find(View<const float> obstacle, View<const float> road, const Ground& ground, const GridInVehicle& window,
-            const ForRanges& for_ranges, FrameResult& result) {
-    terrain_.find(obstacle, road, ground, for_ranges);
+  void find(View<const float> obstacle, View<const float> road, const Ground& ground, const Ground& surface,
+            const GridInVehicle& window, const ForRanges& for_ranges, FrameResult& result) {
+    terrain_.find(obstacle, road, ground, surface, for_ranges);
     edges_.clear();
     terrain_.add_edges(edges_);
     const GridInVehicle vehicle{grid_in_vehicle(vehicle_grid_, {})};

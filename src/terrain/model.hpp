@@ -62,6 +62,21 @@ struct TerrainCamera {
   [[nodiscard]] float level_growth(float h) const { return focal_baseline_pxm * tangent_per_v / h; }
 };
 
+/// Line of the ground before the first visible one.
+struct FirstGround {
+  float z{0};  ///< below the camera
+  float slope{0};
+
+  [[nodiscard]] float elevation(float at_x) const { return z + slope * at_x; }
+};
+
+/// `surface`: plane of the nearest visible ground.
+inline FirstGround first_ground(const Ground& ground, const Ground& surface) {
+  const double turn_rad{surface.pitch_rad - ground.pitch_rad};
+  return {static_cast<float>(ground.height_m - surface.height_m / std::cos(turn_rad)),
+          static_cast<float>(std::tan(turn_rad))};
+}
+
 struct TerrainLimits {
   float step_m;      ///< largest step that a wheel climbs
   float slope;       ///< tangent of the steepest slope

@@ -24,14 +24,18 @@ constexpr float noise_sigmas{2};
 /// order; `ground_m`: NaN: none.
 class GroundLine {
  public:
-  GroundLine(const float* ground_m, const Rings& rings, float vehicle_height_m)
-      : z_{ground_m}, rings_{rings}, vehicle_height_m_{vehicle_height_m}, base_m_{slope_base * vehicle_height_m} {}
+  GroundLine(const float* ground_m, const Rings& rings, const FirstGround& prior, float vehicle_height_m)
+      : z_{ground_m},
+        rings_{rings},
+        prior_{prior},
+        vehicle_height_m_{vehicle_height_m},
+        base_m_{slope_base * vehicle_height_m} {}
 
   [[nodiscard]] float elevation_at(int ring) {
     for (; seen_ < ring; ++seen_) {
       if (!std::isnan(z_[seen_])) last_ = seen_;
     }
-    if (last_ < 0) return 0;
+    if (last_ < 0) return prior_.elevation(rings_.middle_m(ring));
     const float x{rings_.middle_m(last_)};
     for (; searched_ <= last_ && x - rings_.middle_m(searched_) >= base_m_; ++searched_) {
       if (!std::isnan(z_[searched_])) first_ = searched_;
@@ -44,6 +48,7 @@ class GroundLine {
  private:
   const float* z_;
   const Rings& rings_;
+  const FirstGround& prior_;
   float vehicle_height_m_;
   float base_m_;
   int last_{-1};     ///< last ring with ground
@@ -66,8 +71,9 @@ TerrainRelief::TerrainRelief(int sectors, int rings, int disparities, int height
       rows_{disparities * relief_bins_per_px, sectors} {}
 
 void TerrainRelief::begin(const TerrainCamera& camera, const TerrainLimits& limits, const Rings& rings,
-                          const float* sigma_px, int judged_rings) {
+                          const float* sigma_px, int judged_rings, const FirstGround& prior) {
   limits_ = limits;
+  prior_ = prior;
   judged_rings_ = judged_rings;
   for (int ring{0}; ring < rings.count(); ++ring) {
     const float sigma_m{camera.elevation_sigma(camera.height_m, rings.middle_m(ring), sigma_px[ring])};
@@ -144,7 +150,7 @@ float TerrainRelief::wide_ground(int sector, int ring, int reach, float rise_per
 // Wide ground that continues the ground before it. Rings in front of an obstacle, which the matcher's smear raises, are
 // excluded.
 void TerrainRelief::connect(int sector, const TerrainCamera& camera, const Rings& rings, const PolarCell* cells) {
-  GroundLine line{ground_m_.row(sector), rings, limits_.height_m};
+  GroundLine line{ground_m_.row(sector), rings, prior_, limits_.height_m};
   for (int ring{0}; ring < rings.count(); ++ring) {
     float& ground{ground_m_(ring, sector)};
     ground = none;
@@ -177,7 +183,7 @@ void TerrainRelief::drop_feet(int sector, const Rings& rings) {
 void TerrainRelief::set_borders(int sector, const Rings& rings) {
   float* const border{border_m_.row(sector)};
   border[0] = 0;
-  GroundLine line{ground_m_.row(sector), rings, limits_.height_m};
+  GroundLine line{ground_m_.row(sector), rings, prior_, limits_.height_m};
   for (int ring{0}; ring < rings.count(); ++ring) {
     const float known{ground_m_(ring, sector)};
     const float z{std::isnan(known) ? line.elevation_at(ring) : known};

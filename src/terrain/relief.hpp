@@ -21,7 +21,7 @@ class TerrainRelief {
 
   /// Sets the data of all sectors, before the functions below. `sigma_px`: noise of disparities by ring.
   void begin(const TerrainCamera& camera, const TerrainLimits& limits, const Rings& rings, const float* sigma_px,
-             int judged_rings);
+             int judged_rings, const FirstGround& prior);
   /// Elevations of one sector's rings.
   void profile(int sector, const TerrainCamera& camera, const Rings& rings, const float* sigma_px,
                const PolarCell* cells);
@@ -55,6 +55,7 @@ class TerrainRelief {
   void set_borders(int sector, const Rings& rings);
 
   TerrainLimits limits_{};
+  FirstGround prior_;
   int height_px_;
   int judged_rings_{0};
   Image<float> elevation_m_;           // (ring, sector); NaN: no firm ground

@@ -62,11 +62,13 @@ Terrain::Terrain(const Rig& level_rig, const TerrainLimits& limits, float cell_m
       observed_rings_(static_cast<std::size_t>(samples_.sectors())),
       camera_{level_rig, {}} {}
 
-void Terrain::begin(const Ground& ground) {
+void Terrain::begin(const Ground& ground, const Ground& surface) {
   ground_ = ground;
+  prior_ = first_ground(ground, surface);
   camera_ = TerrainCamera{rig_, ground};
   const float lowest{camera_.tangent(static_cast<float>(rig_.cx_px), static_cast<float>(rig_.height_px - 1))};
-  rings_.place(camera_, lowest > 0 ? camera_.height_m / lowest : 1e6f);
+  const float approach{lowest + prior_.slope};  // the lowest ray comes nearer to the surface by this, per m
+  rings_.place(camera_, approach > 0 ? (camera_.height_m - prior_.z) / approach : 1e6f);
   samples_.begin(camera_, limits_);
 }
 

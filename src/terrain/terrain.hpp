@@ -42,10 +42,12 @@ class Terrain {
   Terrain(const Rig& level_rig, const TerrainLimits& limits, float cell_m, float farthest_m, int disparities,
           int window_px);
 
-  /// `for_ranges`(count, work): calls work(begin, end) on disjoint parts of [0, count).
+  /// `surface`: plane of the nearest visible ground. `for_ranges`(count, work): calls work(begin, end) on disjoint
+  /// parts of [0, count).
   template <class ForRanges>
-  void find(View<const float> obstacle, View<const float> road, const Ground& ground, const ForRanges& for_ranges) {
-    begin(ground);
+  void find(View<const float> obstacle, View<const float> road, const Ground& ground, const Ground& surface,
+            const ForRanges& for_ranges) {
+    begin(ground, surface);
     const int sectors{samples_.sectors()};
     const auto for_sectors = [&](const auto& work) {
       for_ranges(sectors, [&](int first, int end) {
@@ -65,7 +67,7 @@ class Terrain {
     const View<const SectorWalk> walks{std::as_const(walks_).view()};
     for_sectors([&](int sector) { settle_sector(sector, walks, rings_.count(), cells_.row(sector)); });
     spread_hidden(rings_.count(), cells_.view());
-    relief_.begin(camera_, limits_, rings_, sigma_px_.data(), judged_rings_);
+    relief_.begin(camera_, limits_, rings_, sigma_px_.data(), judged_rings_, prior_);
     for_sectors([&](int sector) { relief_.profile(sector, camera_, rings_, sigma_px_.data(), cells_.row(sector)); });
     relief_.count_level(rings_.count());
     for_sectors([&](int sector) { relief_.fill(sector, camera_, rings_, cells_.row(sector)); });
@@ -136,11 +138,11 @@ class Terrain {
   [[nodiscard]] PolarGeometry polar_geometry(float half_m) const;
   [[nodiscard]] bool has_no_ground(const PolarPlaces& borders, std::size_t group) const;
   [[nodiscard]] RingPart part_of(int ring, int first, int last) const;
-  void begin(const Ground& ground);
+  void begin(const Ground& ground, const Ground& surface);
   void begin_walks();
   void count_observed_rings();
   [[nodiscard]] WalkInput input() const {
-    return {camera_, limits_, rings_, samples_, sigma_px_.data(), judged_rings_, window_rows_};
+    return {camera_, limits_, rings_, samples_, sigma_px_.data(), judged_rings_, window_rows_, prior_};
   }
 
   Rig rig_;
@@ -157,6 +159,7 @@ class Terrain {
   int judged_rings_{0};
   std::vector<int> observed_rings_;  // by sector: up to the last one with a known cell
   Ground ground_;
+  FirstGround prior_;
   TerrainCamera camera_;
 };
 

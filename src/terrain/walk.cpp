@@ -60,6 +60,12 @@ class Walk {
   void set_obstacle(const RingSamples& samples);
   void miss();
   [[nodiscard]] bool has_wide_front() const;
+  /// Rays pass through the prior.
+  [[nodiscard]] bool is_contradicted() const {
+    const float near{in_.prior.elevation(view_.begin_m)};
+    const float far{in_.prior.elevation(view_.end_m)};
+    return view_.row_through(near, far, std::min(near, far) - in_.limits.step_m) != no_row;
+  }
   /// The right camera does not see the sector's ground in this ring.
   [[nodiscard]] bool is_blind() const {
     return static_cast<float>(sector_ * sector_px) <
@@ -190,12 +196,12 @@ bool Walk::take_over() {
   return true;
 }
 
-// Rays that pass through the plane of the ground contradict it.
+// Rays that pass through the expected ground contradict it.
 void Walk::step_lost() {
   if (is_blind() || (!state_.is_blocked && meet_trench()) || take_over()) return;
   if (walk_.end != no_ring && ring_ >= walk_.end) {
     cells_[ring_].kind = TerrainClass::hidden;
-  } else if (!state_.is_blocked && view_.is_judged() && view_.row_through(0, 0, -in_.limits.step_m) != no_row) {
+  } else if (!state_.is_blocked && view_.is_judged() && is_contradicted()) {
     cells_[ring_].kind = TerrainClass::hidden;
   }
 }
@@ -302,8 +308,9 @@ void walk_sector(const WalkInput& input, int sector, const std::optional<Trench>
     walk.trench_fall_m = trench->fall_m;
     walk.is_trench_sure = trench->is_sure;
   }
-  // the plane is the prior of the ground before the image
   walk.state.x = 0.5f * input.rings.begin_m(0);
+  walk.state.z = input.prior.elevation(walk.state.x);
+  walk.state.slope = input.prior.slope;
   Walk steps{input, sector, cells, walk};
   for (; walk.lost < input.rings.count(); ++walk.lost) {
     steps.enter(walk.lost);

@@ -64,6 +64,7 @@ struct WalkInput {
   const float* sigma_px;  ///< by ring
   int judged_rings;       ///< rings whose noise is low enough for edges and obstacles
   float window_rows;      ///< rows over which the matcher smears a jump
+  FirstGround prior{};
 };
 
 /// Walks along one sector from the vehicle outwards, until it loses the ground. `trench`: the sector's.

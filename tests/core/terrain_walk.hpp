@@ -51,7 +51,8 @@ struct Seen {
   Image<std::int16_t> relief;
 };
 
-inline Seen walked(const Vehicle& vehicle, const Image<float>& disparity) {
+/// `slope`: surface that fills the view; nullptr: none.
+inline Seen walked(const Vehicle& vehicle, const Image<float>& disparity, const Ground* slope = nullptr) {
   const GridGeometry& grid{vehicle.grid};
   constexpr float none_m{std::numeric_limits<float>::quiet_NaN()};
   Seen seen{{grid.nx, grid.ny, none_m}, {grid.nx, grid.ny, none_m}, {grid.nx, grid.ny}, {}};
@@ -65,7 +66,7 @@ inline Seen walked(const Vehicle& vehicle, const Image<float>& disparity) {
   const auto in_order = [](int count, const auto& work) { work(0, count); };
   Ground ground;
   ground.height_m = vehicle.rig.camera_height_m;
-  terrain.find(disparity.view(), none.view(), ground, in_order);
+  terrain.find(disparity.view(), none.view(), ground, slope != nullptr ? *slope : ground, in_order);
   terrain.visit(grid_in_vehicle(grid, {}), 0, grid.ny, [&](int ix, int iy, float x_m, const Terrain::RingPart& part) {
     const CellGround cell{terrain.ground_at(x_m, part)};
     seen.elevation_m(ix, iy) = cell.elevation_m;

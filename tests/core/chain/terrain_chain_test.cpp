@@ -98,6 +98,43 @@ TEST(Terrain, RampsAreFreeAndBoxesOnThemAreNot) {
   EXPECT_GT(last_frame("terrain?kind=box&frames=4&at=5&slope_deg=8").second, 0.02);
 }
 
+// From 2.6 m before a ramp on no other ground is seen, with a robot's camera from 0.7 m on.
+TEST(Terrain, ARampThatFillsTheViewIsGround) {
+  struct Ramp {
+    const char* preset;
+    const char* text;
+    double from_m;
+    double to_m;
+  };
+  for (const Ramp& ramp : {Ramp{"default", "at=1.1&slope_deg=8", 4, 7}, Ramp{"default", "at=1.1&slope_deg=-6", 4, 7},
+                           Ramp{"robot", "camera=robot&at=0.15&slope_deg=-6", 1.6, 2.4}}) {
+    SCOPED_TRACE(ramp.text);
+    const scenes::Scene scene{scenes::parse_scene("terrain?kind=ramp&frames=18&" + std::string{ramp.text}), 2};
+    Pipeline pipeline{preset(ramp.preset), scene.rig(), {.threads = 2, .stages = false}};
+    for (std::size_t i{0}; i < scene.size(); ++i) {
+      const FrameResult& result{pipeline.process(scene.load(i))};
+      EXPECT_TRUE(result.status.empty()) << i;
+      if (i + 4 < scene.size()) continue;
+      const double free{share_of(result, ramp.from_m, ramp.to_m, [](float p) { return p < 0.45f; })};
+      EXPECT_GT(free, 0.9) << i;
+    }
+    EXPECT_EQ(pipeline.next_rig(), scene.rig());
+  }
+}
+
+TEST(Terrain, ACameraThatWasTurnedOnTheWayIsReported) {
+  for (const char* pitch_deg : {"8", "-8"}) {
+    const std::string text{"street?width=320&height=200&frames=6"};
+    const scenes::Scene before{scenes::parse_scene(text), 2};
+    const scenes::Scene after{scenes::parse_scene(text + "&pitch_deg=" + pitch_deg), 2};
+    Pipeline pipeline{preset("default"), before.rig(), {.threads = 2, .stages = false}};
+    for (std::size_t i{0}; i < 3; ++i) EXPECT_TRUE(pipeline.process(before.load(i)).status.empty()) << i;
+    for (std::size_t i{3}; i < 6; ++i) {
+      EXPECT_TRUE(has(pipeline.process(after.load(i)), FrameStatus::extrinsics_disagree)) << pitch_deg << " " << i;
+    }
+  }
+}
+
 // Falling ground: edges, stairs down, a steep slope.
 TEST(Terrain, IsNotFreeBeyondAnEdge) {
   constexpr double searched_m{3.6};

@@ -283,6 +283,37 @@ TEST(ExtrinsicsSearch, ALowerFloorDoesNotExplainTheNearestGround) {
   EXPECT_FALSE(watch.search.found());
 }
 
+// Plane of a slope that begins `begin_m` ahead on the plane `assumed`.
+Ground slope_from(double begin_m, double slope_deg) {
+  const double slope{slope_deg * degree};
+  return {assumed.height_m * std::cos(slope) + begin_m * std::sin(slope), slope, 0};
+}
+
+TEST(ExtrinsicsSearch, ASlopeBeginsBetweenTheVehicleAndTheNearestGround) {
+  Watch watch{true};
+  const auto finds = [&](const Ground& ground) {
+    return watch.search.find_slope(seen(watch.rig, ground, {}, 7), {}).has_value();
+  };
+  for (const double slope_deg : {-8.0, -6.0, 6.0, 12.0}) {
+    for (const double begin_m : {1.0, 2.5}) EXPECT_TRUE(finds(slope_from(begin_m, slope_deg))) << slope_deg;
+    EXPECT_FALSE(finds({assumed.height_m, slope_deg * degree, 0})) << slope_deg << ": the camera was turned";
+    EXPECT_FALSE(finds(slope_from(-2, slope_deg))) << slope_deg << ": the camera was moved";
+  }
+  EXPECT_FALSE(finds(slope_from(1, 25))) << "too steep";
+  EXPECT_FALSE(finds({2.6, 0, 0})) << "a lower floor";
+  EXPECT_FALSE((Watch{false}.search.find_slope(seen(watch.rig, slope_from(1, 6), {}, 7), {}))) << "assumed extrinsics";
+}
+
+TEST(ExtrinsicsSearch, ASlopeEnds) {
+  Watch watch{true};
+  const std::vector<GroundSample> samples{seen(watch.rig, slope_from(1, 6), {}, 7)};
+  EXPECT_TRUE(watch.search.find_slope(samples, {}));
+  EXPECT_TRUE(watch.search.find_slope(samples, {16, 0}));
+  EXPECT_FALSE(watch.search.find_slope(samples, {17, 0}));
+  watch.search.leave_slope();
+  EXPECT_TRUE(watch.search.find_slope(samples, {17, 0}));
+}
+
 TEST(ExtrinsicsSearch, ANewBeginningKeepsWhatIsEstablished) {
   Watch watch{established()};
   watch.search.begin_again();

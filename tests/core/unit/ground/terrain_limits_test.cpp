@@ -114,8 +114,8 @@ struct FrameOf {
     ground.height_m = vehicle.rig.camera_height_m;
     const Image<float> none{vehicle.rig.width_px, vehicle.rig.height_px};
     const auto in_order = [](int count, const auto& work) { work(0, count); };
-    terrain.find(disparity.view(), none.view(), ground, grid_in_vehicle(window.at(pose), inverse(pose)), in_order,
-                 result);
+    terrain.find(disparity.view(), none.view(), ground, ground, grid_in_vehicle(window.at(pose), inverse(pose)),
+                 in_order, result);
   }
   /// Highest filtered occupancy at x in front of the vehicle, if the filter has only seen free cells.
   float filtered_at(double x, bool is_usable = true) {

@@ -164,6 +164,22 @@ TEST(Terrain, ReliefOfARampIsItsElevation) {
   }
 }
 
+// A slope begins between the vehicle and the first visible ground.
+TEST(Terrain, WalksBeginOnASlopeThatFillsTheView) {
+  constexpr float begin_m{0.2f};
+  const Vehicle vehicle{robot()};
+  for (const float degrees : {-8.0f, -5.5f, 5.5f, 10.0f}) {
+    const float radians{degrees * 3.14159265f / 180};
+    const Ground slope{vehicle.rig.camera_height_m * std::cos(radians) + begin_m * std::sin(radians), radians, 0};
+    const Image<float> disparity{disparity_of(vehicle.rig, ramp(begin_m, degrees))};
+    const Seen seen{walked(vehicle, disparity, &slope)};
+    EXPECT_GE(drivable_share(vehicle, seen, vehicle.near_m + 0.2, 1.8), 0.99) << degrees;
+    EXPECT_NEAR(relief_at(vehicle, seen, 1.5), (1.5 - begin_m) * tangent_of(degrees), 0.02) << degrees;
+    if (degrees > 0) continue;
+    EXPECT_LT(drivable_share(vehicle, walked(vehicle, disparity), vehicle.near_m, 1.8), 0.1) << "as level ground";
+  }
+}
+
 TEST(Terrain, LevelGroundAndNarrowRisesHaveNoRelief) {
   const Vehicle vehicle{car()};
   const HeightField flat{[](float, float) { return 0.0f; }};
