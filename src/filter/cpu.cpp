@@ -65,7 +65,7 @@ class RangeWeigher {
       const int lane{lane_of(i, cells)};
       const bool moves{is_moving(tables_.moving_from, state_.occupancy(x, y), cells.standing[lane])};
       starts_[i] = cells.is_weighed[lane] && cells.masses == nullptr && moves ? 1 : 0;
-      if (cells.is_weighed[lane] && starts_[i] == 0) write(cells, lane, x, y);
+      if (cells.is_weighed[lane] && starts_[i] == 0) write(i, cells);
     }
   }
 
@@ -74,7 +74,7 @@ class RangeWeigher {
     if (std::ranges::count(starts_, std::uint8_t{1}) == 0) return;
     const WeighedCells cells{weighed(space)};
     for (std::size_t i{0}; i < evidence_.size(); ++i) {
-      if (starts_[i] != 0) write(cells, lane_of(i, cells), place(i).x, place(i).y);
+      if (starts_[i] != 0) write(i, cells);
     }
   }
 
@@ -118,12 +118,16 @@ class RangeWeigher {
     return cells;
   }
 
-  void write(const WeighedCells& cells, int lane, int x, int y) const {
+  void write(std::size_t i, const WeighedCells& cells) const {
+    const auto [x, y] = place(i);
+    const int lane{lane_of(i, cells)};
     state_.standing(x, y) = cells.standing[lane];
     layers_.moving(x, y) = moving_share(layers_.occupancy(x, y), cells.standing[lane]);
-    const VelocitySums sums{cells.sum_mass[lane], cells.sum_x[lane],  cells.sum_y[lane],
-                            cells.sum_xx[lane],   cells.sum_xy[lane], cells.sum_yy[lane]};
-    write_velocity(estimate_of(sums), x, y, layers_);
+    const WeighedCell cell{{cells.sum_mass[lane], cells.sum_x[lane], cells.sum_y[lane], cells.sum_xx[lane],
+                            cells.sum_xy[lane], cells.sum_yy[lane]},
+                           cells.standing[lane]};
+    const std::vector<float>& axis_mps{tables_.axis_mps};
+    write_velocity(refined(evidence_[i], axis_mps.data(), static_cast<int>(axis_mps.size()), cell), x, y, layers_);
   }
 
   std::span<const VelocityEvidence> evidence_;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "clamped_to_int.hpp"
 
@@ -23,10 +24,21 @@ constexpr float standstill_min{0.04f};
 /// Share from which on a view counts as repeated.
 constexpr double repeated_min{0.8};
 
+// Variance of the velocities between two neighbours of the lattice that count as one of them.
+double lattice_variance(const std::vector<double>& axis_mps, double v_mps) {
+  if (axis_mps.size() < 2) return 0;
+  const auto above = std::lower_bound(axis_mps.begin() + 1, axis_mps.end() - 1, v_mps);
+  const double step_mps{*above - *(above - 1)};
+  return step_mps * step_mps / 6;
+}
+
 }  // namespace
 
-EvidenceMap::EvidenceMap(int cells, double fastest_mps, std::size_t points)
-    : sums_{cells, cells}, fastest_mps_{fastest_mps}, touched_(sums_.size()), rows_(static_cast<std::size_t>(cells)) {
+EvidenceMap::EvidenceMap(int cells, std::vector<double> axis_mps, std::size_t points)
+    : sums_{cells, cells},
+      axis_mps_{std::move(axis_mps)},
+      touched_(sums_.size()),
+      rows_(static_cast<std::size_t>(cells)) {
   evidence_.reserve(sums_.size());
   points_.reserve(points);
 }
@@ -104,8 +116,12 @@ VelocityEvidence EvidenceMap::evidence_of(int cell, const Sum& sum) const {
   // a cell whose points contradict each other is at an edge between two things
   const double contradiction{sum.velocity.misfit() / sum.weight};
   const double share{share_of_information / (1 + contradiction) * std::min(1.0, weight_max / sum.weight)};
-  const Symmetric2 information{share * sum.velocity.information};
-  const auto limited = [&](double v_mps) { return static_cast<float>(std::clamp(v_mps, -fastest_mps_, fastest_mps_)); };
+  // a precise measurement between two velocities of the lattice would contradict both
+  const Symmetric2 covariance{1 / share * inverted(sum.velocity.information)};
+  const Symmetric2 information{inverted({covariance.xx + lattice_variance(axis_mps_, velocity.x), covariance.xy,
+                                         covariance.yy + lattice_variance(axis_mps_, velocity.y)})};
+  const double fastest_mps{axis_mps_.back()};
+  const auto limited = [&](double v_mps) { return static_cast<float>(std::clamp(v_mps, -fastest_mps, fastest_mps)); };
   VelocityEvidence evidence{cell,
                             limited(velocity.x),
                             limited(velocity.y),

@@ -17,9 +17,9 @@ namespace stereogrid {
 /// Velocities of points, spread over the cells around them.
 class EvidenceMap {
  public:
-  /// A window of `cells` × `cells`, with room for `points`. `fastest_mps`: maximum of the filter's lattice along an
-  /// axis; faster velocities are clamped.
-  EvidenceMap(int cells, double fastest_mps, std::size_t points = 0);
+  /// A window of `cells` × `cells`, with room for `points`. `axis_mps`: velocities of the filter's lattice along an
+  /// axis; faster ones are clamped.
+  EvidenceMap(int cells, std::vector<double> axis_mps, std::size_t points = 0);
 
   /// Evidence for cells of the window, by ascending cell. `for_ranges`: see SceneFlow::follow. `view`: of the camera
   /// since the frame before; unknown: no view is repeated.
@@ -34,7 +34,9 @@ class EvidenceMap {
     return evidence_;
   }
 
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(sums_, touched_, rows_, points_, evidence_); }
+  [[nodiscard]] std::size_t held_bytes() const {
+    return held_bytes_of(sums_, axis_mps_, touched_, rows_, points_, evidence_);
+  }
 
  private:
   struct Sum {
@@ -70,7 +72,7 @@ class EvidenceMap {
   [[nodiscard]] VelocityEvidence evidence_of(int cell, const Sum& sum) const;
 
   Image<Sum> sums_;
-  double fastest_mps_;
+  std::vector<double> axis_mps_;
   std::vector<int> touched_;  // cells, by row, from its first cell's position on
   std::vector<Row> rows_;
   std::vector<VelocityEvidence> evidence_;

@@ -41,7 +41,7 @@ FramePipeline::FramePipeline(const Config& config, const Rig& level_rig, Cpu& cp
       tracker_{config.tracking, rig_},
       near_{rig_, config.matching, window_.cells()},
       ground_samples_{rig_.width_px, rig_.height_px},
-      velocity_evidence_{window_.cells(), velocity_axis(config.filter).back(), scene_flow_.points_reserved()},
+      velocity_evidence_{window_.cells(), velocity_axis(config.filter), scene_flow_.points_reserved()},
       clusters_{rig_, config.u_disparity, config.matching.disparities, scene_flow_.points_reserved()} {
   if (config.ground.model == GroundModel::terrain) {
     terrain_.emplace(rig_, config, vehicle_grid_of(config.grid), window_.cells());

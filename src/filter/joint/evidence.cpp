@@ -29,7 +29,7 @@ bool CellWeigher::weigh(const VelocityEvidence& one, bool may_start) {
   state_.forget_kind(x, y);
   state_.standing(x, y) = cell.standing;
   layers_.moving(x, y) = moving_share(occupancy, cell.standing);
-  write_velocity(estimate_of(cell.sums), x, y, layers_);
+  write_velocity(refined(one, axis_mps, side, cell), x, y, layers_);
   return true;
 }
 

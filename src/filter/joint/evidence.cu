@@ -98,7 +98,7 @@ __device__ bool weigh_cell(const Weighing& in, VelocityEvidence one, bool may_st
   }
   state.standing[i] = cell.standing;
   layers.moving[i] = moving_share(layers.occupancy[i], cell.standing);
-  write_velocity(estimate_of(cell.sums), i, layers);
+  write_velocity(refined(one, in.axis_mps, in.side, cell), i, layers);
   return true;
 }
 

@@ -11,7 +11,7 @@ struct VelocityEvidence {
   int cell;  ///< iy · nx + ix of the window
   float x;   ///< m/s
   float y;
-  float xx;  ///< inverse of its covariance, s²/m²
+  float xx;  ///< inverse of its covariance plus the lattice's variances, s²/m²
   float xy;
   float yy;
   int is_repeated{0};  ///< 1: standstill explains it, and the camera sees the cell from where it did a frame ago
@@ -29,6 +29,42 @@ struct WeighedCell {
   VelocitySums sums;
   float standing;
 };
+
+/// Step of the lattice along an axis at a velocity.
+STEREOGRID_HD inline float step_at(const float* axis_mps, int side, float v_mps) {
+  if (side < 2) return 0;
+  int i{0};
+  while (i < side - 2 && axis_mps[i + 1] < v_mps) ++i;
+  return axis_mps[i + 1] - axis_mps[i];
+}
+
+/// Change of a velocity by one step of the lattice at most. `towards`: difference from the measurement, times its
+/// information.
+STEREOGRID_HD inline float within_step(float step, float towards) {
+  return Min(Max(step * step / 6 * towards, -step), step);
+}
+
+/// Mean velocity of a cell: its dynamic part moves towards the measurement by the lattice's share of the variance,
+/// unless that is of something else. docs/method.md §9.3.
+STEREOGRID_HD inline VelocityEstimate refined(const VelocityEvidence& evidence, const float* axis_mps, int side,
+                                              const WeighedCell& cell) {
+  constexpr float dynamic_min{0.3f};
+  constexpr float else_from{400};  // squared distance
+  VelocityEstimate velocity{estimate_of(cell.sums)};
+  const float moving{cell.sums.mass - cell.standing};
+  if (moving <= dynamic_min * cell.sums.mass) return velocity;
+  const float vx{cell.sums.x / moving};
+  const float vy{cell.sums.y / moving};
+  const float dx{evidence.x - vx};
+  const float dy{evidence.y - vy};
+  const float towards_x{evidence.xx * dx + evidence.xy * dy};
+  const float towards_y{evidence.xy * dx + evidence.yy * dy};
+  if (dx * towards_x + dy * towards_y > else_from) return velocity;
+  const float share{moving / cell.sums.mass};
+  velocity.x += share * within_step(step_at(axis_mps, side, vx), towards_x);
+  velocity.y += share * within_step(step_at(axis_mps, side, vy), towards_y);
+  return velocity;
+}
 
 /// Row of the lattice's mass, before and after weighing by the measurement.
 struct RowWeight {

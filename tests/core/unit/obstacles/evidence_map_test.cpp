@@ -16,8 +16,15 @@ namespace {
 
 constexpr GridGeometry window{-4, -4, 0.2, 40, 40};
 
+// Velocities up to 8 m/s in steps without effect.
+std::vector<double> continuous_axis() {
+  std::vector<double> axis_mps;
+  for (int i{-20000}; i <= 20000; ++i) axis_mps.push_back(0.0004 * i);
+  return axis_mps;
+}
+
 TEST(EvidenceMap, CoversTheCellsAroundAPoint) {
-  EvidenceMap map{40, 8};
+  EvidenceMap map{40, continuous_axis()};
   const std::vector<VelocityEvidence> evidence{map.gather({vector_at({0.1, 0.1}, {2, -1})}, window, in_one)};
   ASSERT_GT(evidence.size(), 9u);
   EXPECT_TRUE(std::is_sorted(evidence.begin(), evidence.end(),
@@ -38,7 +45,7 @@ TEST(EvidenceMap, CoversTheCellsAroundAPoint) {
 
 // Points share errors: twenty of them count as four.
 TEST(EvidenceMap, InformationOfManyPointsIsBounded) {
-  EvidenceMap map{40, 8};
+  EvidenceMap map{40, continuous_axis()};
   const auto information_of = [&](std::size_t points) {
     const std::vector<FlowVector> equal(points, vector_at({0.1, 0.1}, {2, -1}));
     for (const VelocityEvidence& one : map.gather(equal, window, in_one)) {
@@ -52,10 +59,21 @@ TEST(EvidenceMap, InformationOfManyPointsIsBounded) {
   EXPECT_NEAR(information_of(20), 4 * of_one, 1e-5);
 }
 
+// A lattice with steps of 3 m/s has no velocity near one in the middle between two.
+TEST(EvidenceMap, IsNoMorePreciseThanTheLattice) {
+  EvidenceMap map{40, {-6, -3, 0, 3, 6}};
+  const std::vector<FlowVector> precise(4, vector_at({0.1, 0.1}, {1.5, 1.5}, 0.1));
+  for (const VelocityEvidence& one : map.gather(precise, window, in_one)) {
+    if (one.cell != 20 * 40 + 20) continue;
+    EXPECT_NEAR(one.xx, 1 / (0.1 * 0.1 / 2 + 3 * 3 / 6.0), 1e-5);
+    EXPECT_GT(likelihood_of(one, 3.0f, 3.0f), 0.05f);
+  }
+}
+
 TEST(EvidenceMap, IsTheSameHoweverTheRowsAreDivided) {
   const std::vector<FlowVector> points{vector_at({0.1, 0.1}, {2, -1}), vector_at({0.4, 0.3}, {3, 0}),
                                        vector_at({-2, 1.5}, {0, 1}), vector_at({0.2, -0.2}, {1, 1})};
-  EvidenceMap map{40, 8};
+  EvidenceMap map{40, continuous_axis()};
   const std::vector<VelocityEvidence> expected{map.gather(points, window, in_one)};
   ASSERT_FALSE(expected.empty());
   const auto from_the_end = [](int count, const auto& work) {
@@ -72,7 +90,7 @@ TEST(EvidenceMap, IsTheSameHoweverTheRowsAreDivided) {
 }
 
 TEST(EvidenceMap, PointsThatContradictEachOtherSayLittle) {
-  EvidenceMap map{40, 8};
+  EvidenceMap map{40, continuous_axis()};
   const auto information_at_middle = [&](Point2 second) {
     for (const VelocityEvidence& one :
          map.gather({vector_at({0.1, 0.1}, {2, 0}), vector_at({0.1, 0.1}, second)}, window, in_one)) {
@@ -86,7 +104,7 @@ TEST(EvidenceMap, PointsThatContradictEachOtherSayLittle) {
 }
 
 TEST(EvidenceMap, MarksStandstillThatIsSeenAgainFromTheSamePlace) {
-  EvidenceMap map{40, 8};
+  EvidenceMap map{40, continuous_axis()};
   const auto mark = [&](Point2 velocity, double travelled_m) {
     const CameraView view{{-3, 0, 0}, 1, 1, 56 * travelled_m, 56};
     for (const VelocityEvidence& one : map.gather({vector_at({0.1, 0.1}, velocity)}, window, in_one, view)) {
@@ -100,7 +118,7 @@ TEST(EvidenceMap, MarksStandstillThatIsSeenAgainFromTheSamePlace) {
 }
 
 TEST(EvidenceMap, IsNotFasterThanTheLatticeAndStaysInTheWindow) {
-  EvidenceMap map{40, 8};
+  EvidenceMap map{40, continuous_axis()};
   for (const VelocityEvidence& one :
        map.gather({vector_at({3.9, 3.9}, {13, -20}), vector_at({50, 0}, {1, 1})}, window, in_one)) {
     EXPECT_EQ(one.x, 8);

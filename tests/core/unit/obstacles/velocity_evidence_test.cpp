@@ -23,6 +23,16 @@ double mass_at(const FilterState& state, int x, int y) {
   return sum;
 }
 
+VelocitySums sums_of(const FilterRun<Cpu>& run, int x, int y) {
+  VelocitySums sums;
+  for (std::size_t row{0}; row < 5; ++row) {
+    LatticeRowSums<float> of_row;
+    for (std::size_t i{0}; i < 5; ++i) of_row.add(run.tables.axis_mps[i], mass_of(run.now, 5 * row + i, x, y));
+    sums.add(run.tables.axis_mps[row], of_row);
+  }
+  return sums;
+}
+
 // A thing that has just been seen at (8, 8), 4 × 4 cells.
 struct Seen {
   Seen() : run{cpu, method_config(FilterModel::joint), geometry} {
@@ -59,8 +69,23 @@ TEST(VelocityEvidence, IsBayesRuleOverTheLattice) {
     EXPECT_NEAR(mass_of(run.now, k, 10, 9), total * share, 1e-6) << k;
     mean_x += share * v.x;
   }
-  EXPECT_NEAR(run.layers.velocity_x(10, 9), mean_x, 1e-4);
+  const float standing{mass_of(run.now, 12, 10, 9)};
+  const WeighedCell cell{sums_of(run, 10, 9), standing};
+  EXPECT_NEAR(estimate_of(cell.sums).x, mean_x, 1e-4);
+  EXPECT_NEAR(run.layers.velocity_x(10, 9), refined(evidence, run.tables.axis_mps.data(), 5, cell).x, 1e-4);
   EXPECT_NEAR(run.layers.moving(10, 9), run.layers.occupancy(10, 9) - mass_of(run.now, 12, 10, 9), 1e-6);
+}
+
+// The lattice of the test has steps of 2 m/s.
+TEST(VelocityEvidence, RefinesTheVelocityBetweenThoseOfTheLattice) {
+  Seen seen;
+  const float j{1 / (0.1f + 2 * 2 / 6.0f)};  // for a variance of 0.1 m²/s²
+  const VelocityEvidence evidence{9 * cells + 10, 2.8f, 0, j, 0, j};
+  for (int i{0}; i < 8; ++i) seen.weigh({&evidence, 1});
+  const FilterRun<Cpu>& run{seen.run};
+  const float of_lattice{estimate_of(sums_of(run, 10, 9)).x};
+  EXPECT_GT(std::abs(of_lattice - 2.8f), 0.4f);
+  EXPECT_LT(std::abs(run.layers.velocity_x(10, 9) - 2.8f), 0.2f);
 }
 
 TEST(VelocityEvidence, LeavesWhetherACellIsOccupiedAndOtherCellsAlone) {
