@@ -24,12 +24,8 @@ constexpr float standstill_min{0.04f};
 /// Share from which on a view counts as repeated.
 constexpr double repeated_min{0.8};
 
-// Variance of the velocities between two neighbours of the lattice that count as one of them.
-double lattice_variance(const std::vector<double>& axis_mps, double v_mps) {
-  if (axis_mps.size() < 2) return 0;
-  const auto above = std::lower_bound(axis_mps.begin() + 1, axis_mps.end() - 1, v_mps);
-  const double step_mps{*above - *(above - 1)};
-  return step_mps * step_mps / 6;
+double variance_at(const std::vector<double>& axis_mps, double v_mps) {
+  return lattice_variance(step_at(axis_mps.data(), static_cast<int>(axis_mps.size()), v_mps));
 }
 
 }  // namespace
@@ -118,8 +114,8 @@ VelocityEvidence EvidenceMap::evidence_of(int cell, const Sum& sum) const {
   const double share{share_of_information / (1 + contradiction) * std::min(1.0, weight_max / sum.weight)};
   // a precise measurement between two velocities of the lattice would contradict both
   const Symmetric2 covariance{1 / share * inverted(sum.velocity.information)};
-  const Symmetric2 information{inverted({covariance.xx + lattice_variance(axis_mps_, velocity.x), covariance.xy,
-                                         covariance.yy + lattice_variance(axis_mps_, velocity.y)})};
+  const Symmetric2 information{inverted({covariance.xx + variance_at(axis_mps_, velocity.x), covariance.xy,
+                                         covariance.yy + variance_at(axis_mps_, velocity.y)})};
   const double fastest_mps{axis_mps_.back()};
   const auto limited = [&](double v_mps) { return static_cast<float>(std::clamp(v_mps, -fastest_mps, fastest_mps)); };
   VelocityEvidence evidence{cell,

@@ -31,17 +31,24 @@ struct WeighedCell {
 };
 
 /// Step of the lattice along an axis at a velocity.
-STEREOGRID_HD inline float step_at(const float* axis_mps, int side, float v_mps) {
+template <class Real>
+STEREOGRID_HD inline Real step_at(const Real* axis_mps, int side, Real v_mps) {
   if (side < 2) return 0;
   int i{0};
   while (i < side - 2 && axis_mps[i + 1] < v_mps) ++i;
   return axis_mps[i + 1] - axis_mps[i];
 }
 
+/// Variance along an axis of the velocities up to a step away that a velocity of the lattice stands for.
+template <class Real>
+STEREOGRID_HD inline Real lattice_variance(Real step_mps) {
+  return step_mps * step_mps / 6;
+}
+
 /// Change of a velocity by one step of the lattice at most. `towards`: difference from the measurement, times its
 /// information.
 STEREOGRID_HD inline float within_step(float step, float towards) {
-  return Min(Max(step * step / 6 * towards, -step), step);
+  return Min(Max(lattice_variance(step) * towards, -step), step);
 }
 
 /// Mean velocity of a cell: its dynamic part moves towards the measurement by the lattice's share of the variance,

@@ -137,8 +137,9 @@ __device__ LatticeRowSums<float> arrive(const Target& target, const float* speed
   LatticeRowSums<float> row;
   for (int i{0}; i < step.side; ++i) {
     const int k{j * step.side + i};
-    const float moving{here < 0 ? new_to_the_window(step).each : target.gathered(k)};
-    const float mass{k == step.standstill() ? arrived_standing(target, here) : moving};
+    const float mass{k == step.standstill() ? arrived_standing(target, here)
+                     : here < 0             ? new_to_the_window(step).each
+                                            : target.gathered(k)};
     row.add(speed_mps[i], mass);
     mass_after[mass_index(slot, step.velocities(), k, target.x, target.y)] = mass;
   }
