@@ -58,7 +58,7 @@ if(STEREOGRID_IO)
                         "-lopencv_video -lopencv_calib3d -lopencv_imgproc -lopencv_core")
   stereogrid_install_component(io stereogrid_io ${PROJECT_SOURCE_DIR}/io/include)
   stereogrid_install_pc(stereogrid-io stereogrid_io "Images, calibration and recordings for stereogrid" "stereogrid;stereogrid-odometry"
-                        "yaml-cpp;fmt;libzip;libdeflate;libturbojpeg;libtiff-4;libwebp;zlib" "-pthread")
+                        "yaml-cpp;fmt;libzip;libisal;libturbojpeg;libtiff-4;libwebp;zlib" "-pthread")
   list(APPEND STEREOGRID_COMPONENTS odometry io)
 endif()
 if(STEREOGRID_CONNECTED)

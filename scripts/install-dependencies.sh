@@ -16,7 +16,7 @@ packages=(
   libturbojpeg0-dev libtiff-dev libwebp-dev          # images
   libcli11-dev libspdlog-dev libfmt-dev              # command line, log
   libtbb-dev libhwy-dev                              # threads, SIMD
-  libzip-dev libdeflate-dev zlib1g-dev               # .npz
+  libzip-dev libisal-dev zlib1g-dev                  # .npz, PNG
   libzstd-dev liblz4-dev libsqlite3-dev              # recordings: MCAP, rosbag2
   libssl-dev                                         # digests of batches, hashes of types of ROS 2
   libgtest-dev libgmock-dev libbenchmark-dev         # tests, benchmarks

@@ -2,12 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "support.hpp"
 
-#include <libdeflate.h>
-
 #include <cstdlib>
 #include <fstream>
 #include <opencv2/imgproc.hpp>
 #include <random>
+
+#include "files/deflate.hpp"
 
 namespace stereogrid::io::testing {
 
@@ -26,8 +26,7 @@ std::string big_endian(std::uint32_t value) {
 
 std::string png_chunk(const std::string& type, const std::string& content) {
   const std::string covered{type + content};
-  return big_endian(static_cast<std::uint32_t>(content.size())) + covered +
-         big_endian(libdeflate_crc32(0, covered.data(), covered.size()));
+  return big_endian(static_cast<std::uint32_t>(content.size())) + covered + big_endian(crc32_of(covered));
 }
 
 void put(const fs::path& path, std::string_view text) {

@@ -1,6 +1,5 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include <libdeflate.h>
 #include <zip.h>
 
 #include <algorithm>
@@ -9,10 +8,10 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <new>
 #include <numeric>
 #include <stdexcept>
 
+#include "files/deflate.hpp"
 #include "files/npz_types.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
@@ -74,60 +73,24 @@ struct Packed {
   std::string bytes;
   std::size_t size{0};  ///< before
   std::uint32_t checksum{0};
-  std::uint16_t method{0};
   std::size_t at{0};  ///< read up to here
 };
 
-class Packer {
- public:
-  Packer() {
-    if (!compressor_) throw std::bad_alloc{};
-  }
-
-  Packed operator()(const NpzArray& array) {
-    const ArrayParts parts{parts_of(array)};
-    check_shape(array, size_of(parts));
-    std::string npy{npy_head(array)};
-    npy.reserve(npy.size() + size_of(parts));
-    for (const auto part : parts) npy.append(reinterpret_cast<const char*>(part.data()), part.size());
-    const std::size_t size{npy.size()};
-    const std::uint32_t checksum{libdeflate_crc32(0, npy.data(), npy.size())};
-    if (!shrinks(npy)) return {std::move(npy), size, checksum, ZIP_CM_STORE};
-    return {deflated(npy), size, checksum, ZIP_CM_DEFLATE};
-  }
-
- private:
-  // fastest level: higher ones hardly reduce the size
-  static constexpr int level{1};
-  static constexpr std::size_t sample_bytes{4096};
-  static constexpr std::size_t samples{3};
-
-  std::string deflated(const std::string& bytes) {
-    std::string packed(libdeflate_deflate_compress_bound(compressor_.get(), bytes.size()), '\0');
-    packed.resize(
-        libdeflate_deflate_compress(compressor_.get(), bytes.data(), bytes.size(), packed.data(), packed.size()));
-    return packed;
-  }
-
-  // By a quarter, in samples of it? The last bits of masses and velocities are noise: it would take ten times as long
-  // to write them for a tenth of their size.
-  bool shrinks(const std::string& npy) {
-    if (npy.size() < 2 * samples * sample_bytes) return true;
-    std::string sample;
-    for (std::size_t i{1}; i <= samples; ++i) sample += npy.substr(npy.size() * i / (samples + 1), sample_bytes);
-    return deflated(sample).size() * 4 < sample.size() * 3;
-  }
-
-  std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor_{
-      libdeflate_alloc_compressor(level), libdeflate_free_compressor};
-};
+Packed pack(const NpzArray& array) {
+  const ArrayParts parts{parts_of(array)};
+  check_shape(array, size_of(parts));
+  std::string npy{npy_head(array)};
+  npy.reserve(npy.size() + size_of(parts));
+  for (const auto part : parts) npy.append(reinterpret_cast<const char*>(part.data()), part.size());
+  return {deflate(npy, DeflateForm::raw), npy.size(), crc32_of(npy)};
+}
 
 void describe(const Packed& packed, zip_stat_t& description) {
   zip_stat_init(&description);
   description.valid = ZIP_STAT_SIZE | ZIP_STAT_COMP_SIZE | ZIP_STAT_COMP_METHOD | ZIP_STAT_CRC;
   description.size = packed.size;
   description.comp_size = packed.bytes.size();
-  description.comp_method = packed.method;
+  description.comp_method = ZIP_CM_DEFLATE;
   description.crc = packed.checksum;
 }
 
@@ -165,7 +128,7 @@ void add(zip_t* archive, const std::string& name, Packed& npy, const std::filesy
     zip_source_free(source);
     fail(path, zip_strerror(archive));
   }
-  zip_set_file_compression(archive, static_cast<zip_uint64_t>(place), npy.method, 0);
+  zip_set_file_compression(archive, static_cast<zip_uint64_t>(place), ZIP_CM_DEFLATE, 0);
   // 1980-01-01: the same arrays give the same bytes
   zip_file_set_dostime(archive, static_cast<zip_uint64_t>(place), 0, 0x21, 0);
 }
@@ -185,7 +148,6 @@ std::string content_of(zip_source_t* source, const std::filesystem::path& path) 
 
 void write_npz(const std::filesystem::path& path, std::span<const NpzArray> arrays) {
   std::vector<Packed> files;  // libzip reads them when the archive is closed
-  Packer pack;
   for (const NpzArray& array : arrays) files.push_back(pack(array));
   zip_error_t error;
   zip_error_init(&error);

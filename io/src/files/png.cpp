@@ -1,23 +1,20 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// PNG (Third Edition), W3C Recommendation 2025: §5 chunks, §9 filters. With libdeflate, which is faster than libpng.
+// PNG (Third Edition), W3C Recommendation 2025: §5 chunks, §9 filters. With ISA-L, which is faster than libpng.
 #include "files/png.hpp"
-
-#include <libdeflate.h>
 
 #include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
-#include <memory>
-#include <new>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 #include <vector>
 
 #include "files/decode_image.hpp"
+#include "files/deflate.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
@@ -60,7 +57,7 @@ Parts parts_of(const std::string& file, std::string_view bytes) {
   parts.packed.reserve(bytes.size());
   bytes.remove_prefix(png_signature.size());
   while (const auto chunk = take_chunk(bytes)) {
-    if (libdeflate_crc32(0, chunk->covered.data(), chunk->covered.size()) != chunk->checksum) {
+    if (crc32_of(chunk->covered) != chunk->checksum) {
       fail_damaged(file, "is a damaged PNG (wrong checksum in chunk '" + printable(chunk->type()) + "').");
     }
     if (chunk->type() == "IHDR" && parts.header.empty()) parts.header = chunk->content();
@@ -150,14 +147,6 @@ bool remove_filter(int filter, std::uint8_t* row, const std::uint8_t* above, std
   }
 }
 
-bool inflate(const std::string& packed, cv::Mat& bytes) {
-  const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)> decompressor{
-      libdeflate_alloc_decompressor(), libdeflate_free_decompressor};
-  return decompressor != nullptr &&
-         libdeflate_zlib_decompress(decompressor.get(), packed.data(), packed.size(), bytes.data, bytes.total(),
-                                    nullptr) == LIBDEFLATE_SUCCESS;
-}
-
 void copy_row(const Header& header, const std::uint8_t* from, std::uint8_t* to) {
   if (header.bits == 16) {  // stored with the most significant byte first
     const std::size_t order{std::endian::native == std::endian::little ? 1U : 0U};
@@ -201,7 +190,7 @@ cv::Mat decode_png(const std::string& file, std::string_view bytes) {
   constexpr std::size_t largest_ratio{1032};  // deflate's: a small file does not reserve a large image
   if (all_bytes / largest_ratio > parts.packed.size()) fail_damaged(file);
   cv::Mat rows(header.height, static_cast<int>(stored_bytes), CV_8U);
-  if (!inflate(parts.packed, rows)) fail_damaged(file);
+  if (!inflate_zlib(parts.packed, {rows.data, rows.total()})) fail_damaged(file);
   const std::vector<std::uint8_t> nothing_above(stored_bytes, 0);
   const std::uint8_t* above{nothing_above.data()};
   for (int v{0}; v < header.height; ++v) {
@@ -229,7 +218,7 @@ void add_chunk(std::string& png, std::string_view type, std::string_view content
   png += text_of(static_cast<std::uint32_t>(content.size()));
   const std::size_t start{png.size()};
   png.append(type).append(content);
-  png += text_of(libdeflate_crc32(0, png.data() + start, png.size() - start));
+  png += text_of(crc32_of(std::string_view{png}.substr(start)));
 }
 
 }  // namespace
@@ -252,17 +241,11 @@ std::string encode_png(const cv::Mat& image) {
     for (std::size_t i{0}; i < row_bytes; ++i)
       rows += static_cast<char>(row[i ^ order] - (above ? above[i ^ order] : 0));
   }
-  constexpr int level{3};  // fast: a drive has many images
-  const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor{
-      libdeflate_alloc_compressor(level), libdeflate_free_compressor};
-  if (!compressor) throw std::bad_alloc{};
-  std::string packed(libdeflate_zlib_compress_bound(compressor.get(), rows.size()), '\0');
-  packed.resize(libdeflate_zlib_compress(compressor.get(), rows.data(), rows.size(), packed.data(), packed.size()));
   std::string png{png_signature};
   add_chunk(png, "IHDR",
             text_of(static_cast<std::uint32_t>(image.cols)) + text_of(static_cast<std::uint32_t>(image.rows)) +
                 (is_wide ? '\x10' : '\x08') + (image.channels() == 3 ? '\2' : '\0') + std::string(3, '\0'));
-  add_chunk(png, "IDAT", packed);
+  add_chunk(png, "IDAT", deflate(rows, DeflateForm::zlib));
   add_chunk(png, "IEND", {});
   return png;
 }

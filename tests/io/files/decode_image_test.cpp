@@ -2,13 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "files/decode_image.hpp"
 
-#include <libdeflate.h>
-
-#include <memory>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <random>
 
+#include "files/deflate.hpp"
 #include "files/png.hpp"
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/opencv.hpp"
@@ -28,10 +26,7 @@ std::string png_with_every_filter(std::uint32_t width, std::uint32_t height, int
     rows += static_cast<char>(v % 5);
     for (std::size_t i{0}; i < row_bytes; ++i) rows += static_cast<char>(generator() & 0xff);
   }
-  const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor{
-      libdeflate_alloc_compressor(1), libdeflate_free_compressor};
-  std::string packed(libdeflate_zlib_compress_bound(compressor.get(), rows.size()), '\0');
-  packed.resize(libdeflate_zlib_compress(compressor.get(), rows.data(), rows.size(), packed.data(), packed.size()));
+  const std::string packed{deflate(rows, DeflateForm::zlib)};
   const std::string header{big_endian(width) + big_endian(height) + static_cast<char>(bits) +
                            static_cast<char>(colour_type) + std::string(3, '\0')};
   std::string palette;

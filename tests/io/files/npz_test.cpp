@@ -81,7 +81,7 @@ TEST(Npz, TheSameArraysGiveTheSameBytes) {
   EXPECT_LT(fs::file_size(folder / "a.npz"), 1000) << "compressed";
 }
 
-TEST(Npz, WhatHardlyShrinksIsStored) {
+TEST(Npz, NoiseHardlyGrows) {
   const TemporaryFolder folder;
   std::mt19937 random{3};
   std::vector<std::int32_t> noise(20000);

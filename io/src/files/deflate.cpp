@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "files/deflate.hpp"
+
+#include <isa-l.h>
+
+#include <limits>
+#include <memory>
+#include <stdexcept>
+
+namespace stereogrid::io {
+namespace {
+
+std::uint8_t* start_of(std::string_view bytes) {  // ISA-L does not write there
+  return reinterpret_cast<std::uint8_t*>(const_cast<char*>(bytes.data()));
+}
+
+}  // namespace
+
+// Level 1: higher ones hardly reduce the size.
+std::string deflate(std::string_view bytes, DeflateForm form) {
+  std::string packed(bytes.size() + bytes.size() / 1024 + 1024, '\0');
+  if (packed.size() > std::numeric_limits<std::uint32_t>::max()) throw std::length_error{"more than 4 GiB to compress"};
+  struct State {
+    isal_zstream stream;
+    std::uint8_t level[ISAL_DEF_LVL1_DEFAULT];
+  };
+  const auto state{std::make_unique_for_overwrite<State>()};
+  isal_zstream& stream{state->stream};
+  isal_deflate_stateless_init(&stream);
+  stream.level = 1;
+  stream.level_buf = state->level;
+  stream.level_buf_size = sizeof state->level;
+  stream.gzip_flag = form == DeflateForm::zlib ? IGZIP_ZLIB : IGZIP_DEFLATE;
+  stream.end_of_stream = 1;
+  stream.next_in = start_of(bytes);
+  stream.avail_in = static_cast<std::uint32_t>(bytes.size());
+  stream.next_out = start_of(packed);
+  stream.avail_out = static_cast<std::uint32_t>(packed.size());
+  if (isal_deflate_stateless(&stream) != COMP_OK) throw std::logic_error{"deflate: the buffer is too small"};
+  packed.resize(stream.total_out);
+  return packed;
+}
+
+bool inflate_zlib(std::string_view packed, std::span<std::uint8_t> bytes) {
+  constexpr std::size_t most{std::numeric_limits<std::uint32_t>::max()};
+  if (packed.size() > most || bytes.size() > most) return false;
+  const auto state{std::make_unique_for_overwrite<inflate_state>()};
+  isal_inflate_init(state.get());
+  state->crc_flag = ISAL_ZLIB;
+  state->next_in = start_of(packed);
+  state->avail_in = static_cast<std::uint32_t>(packed.size());
+  state->next_out = bytes.data();
+  state->avail_out = static_cast<std::uint32_t>(bytes.size());
+  return isal_inflate_stateless(state.get()) == ISAL_DECOMP_OK && state->total_out == bytes.size();
+}
+
+std::uint32_t crc32_of(std::string_view bytes) {
+  return crc32_gzip_refl(0, start_of(bytes), bytes.size());
+}
+
+}  // namespace stereogrid::io
