@@ -26,7 +26,8 @@ cv::Mat coarse(const Image<std::uint8_t>& image, int largest_width_px = coarse_w
 
 /// Share of the pixels that have a sure match at a disparity of at least one coarse pixel.
 double matched_share(const cv::Mat& left, const cv::Mat& right) {
-  const auto matcher{cv::StereoSGBM::create(0, disparities, 5, 8 * 25, 32 * 25, 1, 31, 15, 100, 1)};
+  const auto matcher{
+      cv::StereoSGBM::create(0, disparities, 5, 8 * 25, 32 * 25, 1, 31, 15, 100, 1, cv::StereoSGBM::MODE_SGBM_3WAY)};
   cv::Mat disparity;  // in sixteenths of a pixel
   matcher->compute(left, right, disparity);
   return cv::countNonZero(disparity >= 16) / static_cast<double>(disparity.total());
@@ -50,7 +51,7 @@ SignedDisparities signed_disparities(const StereoFrame& frame) {
   const cv::Mat left{coarse(frame.left, largest_width_px)};
   if (left.cols <= count || frame.left.height() != frame.right.height()) return found;
   cv::Mat disparity;
-  cv::StereoSGBM::create(lowest, count, 5, 8 * 25, 32 * 25, 1, 31, 15, 100, 1)
+  cv::StereoSGBM::create(lowest, count, 5, 8 * 25, 32 * 25, 1, 31, 15, 100, 1, cv::StereoSGBM::MODE_SGBM_3WAY)
       ->compute(left, coarse(frame.right, largest_width_px), disparity);
   found.pixels = disparity.total();
   std::array<double, 2> sum{};
