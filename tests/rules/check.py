@@ -60,7 +60,7 @@ ROOMS = (
     Room("src", ("include", "src"), r"(dlfcn|sys/auxv)\.h", r"src/pipeline/cuda_library\.cpp"),
     Room("src", ("include", "src"), "(?!)"),
     Room("odometry", ("include", "odometry/include", "odometry/src"), r"(opencv2|fmt)/.*"),
-    Room("io", ("include", "odometry/include", "io/include", "io/src"), r"(opencv2|webp|yaml-cpp|nlohmann|fmt)/.*|zip\.h|zlib\.h|(sys/)?\w+\.h"),
+    Room("io", ("include", "odometry/include", "io/include", "io/src"), r"(opencv2|webp|yaml-cpp|nlohmann|fmt)/.*|isa-l\.h|(sys/)?\w+\.h"),
     Room("messages", ("include", "messages/include", "messages/src"), "(?!)"),
     Room("mcap", ("include", "io/include", "mcap/include", "mcap/src"),
          r"(yaml-cpp|fmt)/.*|(sys/)?\w+\.h"),
