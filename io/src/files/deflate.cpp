@@ -19,8 +19,9 @@ std::uint8_t* start_of(std::string_view bytes) {  // ISA-L does not write there
 
 // Level 1: higher ones hardly reduce the size.
 std::string deflate(std::string_view bytes, DeflateForm form) {
-  std::string packed(bytes.size() + bytes.size() / 1024 + 1024, '\0');
-  if (packed.size() > std::numeric_limits<std::uint32_t>::max()) throw std::length_error{"more than 4 GiB to compress"};
+  const std::size_t most{bytes.size() + bytes.size() / 1024 + 1024};
+  if (most > std::numeric_limits<std::uint32_t>::max()) throw std::length_error{"more than 4 GiB to compress"};
+  const auto packed{std::make_unique_for_overwrite<std::uint8_t[]>(most)};
   struct State {
     isal_zstream stream;
     std::uint8_t level[ISAL_DEF_LVL1_DEFAULT];
@@ -35,11 +36,10 @@ std::string deflate(std::string_view bytes, DeflateForm form) {
   stream.end_of_stream = 1;
   stream.next_in = start_of(bytes);
   stream.avail_in = static_cast<std::uint32_t>(bytes.size());
-  stream.next_out = start_of(packed);
-  stream.avail_out = static_cast<std::uint32_t>(packed.size());
+  stream.next_out = packed.get();
+  stream.avail_out = static_cast<std::uint32_t>(most);
   if (isal_deflate_stateless(&stream) != COMP_OK) throw std::logic_error{"deflate: the buffer is too small"};
-  packed.resize(stream.total_out);
-  return packed;
+  return {reinterpret_cast<const char*>(packed.get()), stream.total_out};
 }
 
 bool inflate_zlib(std::string_view packed, std::span<std::uint8_t> bytes) {

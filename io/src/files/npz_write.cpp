@@ -3,7 +3,6 @@
 #include <zip.h>
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cstdint>
 #include <functional>
@@ -135,10 +134,12 @@ void add(zip_t* archive, const std::string& name, Packed& npy, const std::filesy
 
 std::string content_of(zip_source_t* source, const std::filesystem::path& path) {
   if (zip_source_open(source) != 0) fail(path, zip_error_strerror(zip_source_error(source)));
-  std::string bytes;
-  std::array<char, 65536> block{};
-  for (zip_int64_t count{0}; (count = zip_source_read(source, block.data(), block.size())) > 0;) {
-    bytes.append(block.data(), static_cast<std::size_t>(count));
+  zip_stat_t about;
+  zip_stat_init(&about);
+  zip_source_stat(source, &about);
+  std::string bytes(about.size, '\0');
+  if (zip_source_read(source, bytes.data(), bytes.size()) != static_cast<zip_int64_t>(bytes.size())) {
+    fail(path, zip_error_strerror(zip_source_error(source)));
   }
   zip_source_close(source);
   return bytes;

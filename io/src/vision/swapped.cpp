@@ -108,6 +108,7 @@ double coarse_match_share(const Image<std::uint8_t>& left, const Image<std::uint
 
 std::optional<std::string> complaint_if_swapped(const StereoFrame& frame) {
   const double as_named{coarse_match_share(frame.left, frame.right)};
+  if (as_named > 0.5) return std::nullopt;
   const double swapped{coarse_match_share(frame.right, frame.left)};
   if (swapped < 0.1 || swapped < 2 * as_named || negative_disparity_px(frame)) return std::nullopt;
   return fmt::format(
