@@ -2,12 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "support.hpp"
 
+#include <zlib.h>
+
 #include <cstdlib>
 #include <fstream>
 #include <opencv2/imgproc.hpp>
 #include <random>
-
-#include "files/deflate.hpp"
 
 namespace stereogrid::io::testing {
 
@@ -26,7 +26,9 @@ std::string big_endian(std::uint32_t value) {
 
 std::string png_chunk(const std::string& type, const std::string& content) {
   const std::string covered{type + content};
-  return big_endian(static_cast<std::uint32_t>(content.size())) + covered + big_endian(crc32_of(covered));
+  return big_endian(static_cast<std::uint32_t>(content.size())) + covered +
+         big_endian(static_cast<std::uint32_t>(
+             crc32(0, reinterpret_cast<const Bytef*>(covered.data()), static_cast<uInt>(covered.size()))));
 }
 
 void put(const fs::path& path, std::string_view text) {
