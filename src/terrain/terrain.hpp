@@ -62,7 +62,7 @@ class Terrain {
     for_sectors([&](int sector) {
       walk_sector(input(), sector, std::as_const(trenches_).at(sector), cells_.view(), walks_(sector, 0));
     });
-    for_sectors([&](int sector) { compare_walks(input(), sector, walks_.view()); });
+    for_sectors([&](int sector) { compare_walks(input(), sector, cells_.row(sector), walks_.view()); });
     spread_ground(input(), cells_.view(), walks_.view());
     const View<const SectorWalk> walks{std::as_const(walks_).view()};
     for_sectors([&](int sector) { settle_sector(sector, walks, rings_.count(), cells_.row(sector)); });

@@ -13,7 +13,6 @@ namespace {
 
 /// Longest gap behind which ground at the expected elevation is the same surface.
 constexpr float reconnect_share{0.3f};  ///< relative to the range
-constexpr int passage_end_rings{1};     ///< rings behind the edge of a narrow passage, for its noise
 constexpr float passage_width{0.4f};    ///< width of ground that leads past an edge, in heights of the vehicle
 constexpr float slope_memory_m{0.8f};
 constexpr float far_px{14};            ///< wrong matches look like edges more often at smaller disparities
@@ -251,6 +250,11 @@ void Walk::step() {
     state_.is_alive = false;
     return;
   }
+  if (ring_ == walk_.end) {  // a passage's: it may have been left before
+    cells_[ring_].kind = TerrainClass::hidden;
+    state_.is_alive = false;
+    return;
+  }
   if (meet_trench()) return;
   if (view_.x < state_.reached) {
     cells_[ring_] = {state_.z, state_.slope, TerrainClass::drivable};
@@ -282,19 +286,6 @@ void drop_lone_obstacle(PolarCell* cells, SectorWalk& walk) {
   walk.state.is_blocked = false;
 }
 
-void end_in_passage(const WalkInput& input, int sector, View<PolarCell> cells, SectorWalk& walk) {
-  if (walk.passage_end == no_ring) return;
-  const int last{std::min(walk.passage_end + passage_end_rings, input.rings.count() - 1)};
-  if (walk.lost <= last) {
-    if (!walk.state.is_blocked) walk.end = walk.end_seen = last;
-    return;
-  }
-  std::fill(cells.row(sector) + last, cells.row(sector) + input.rings.count(), PolarCell{});
-  cells(last, sector).kind = TerrainClass::hidden;
-  walk.lost = walk.end = walk.end_seen = last;
-  walk.state.is_alive = false;
-}
-
 }  // namespace
 
 void walk_sector(const WalkInput& input, int sector, const std::optional<Trench>& trench, View<PolarCell> cells,
@@ -322,7 +313,7 @@ void walk_sector(const WalkInput& input, int sector, const std::optional<Trench>
 void spread_ground(const WalkInput& input, View<PolarCell> cells, View<SectorWalk> walks) {
   for (int sector{0}; sector < walks.width; ++sector) {
     drop_lone_obstacle(cells.row(sector), walks(sector, 0));
-    end_in_passage(input, sector, cells, walks(sector, 0));
+    end_in_passage(input, sector, cells, walks);
   }
   for (int ring{0}; ring < input.rings.count(); ++ring) {
     for (int sector{0}; sector < walks.width; ++sector) {

@@ -52,6 +52,7 @@ struct SectorWalk {
   float trench_fall_m{0};          ///< visible part of the wall
   bool is_trench_sure{false};      ///< it ends walks beyond judged_rings, too
   int passage_end{no_ring};        ///< edge to both sides of a narrow passage
+  int passage_edge{0};             ///< sector of one of its edges
   int block_confirmations{0};      ///< number of neighbours that must confirm `blocked`
   bool is_block_confirmed{false};  ///< enough neighbours confirm `blocked`
 };
@@ -71,12 +72,14 @@ struct WalkInput {
 void walk_sector(const WalkInput& input, int sector, const std::optional<Trench>& trench, View<PolarCell> cells,
                  SectorWalk& walk);
 
-/// Compares a sector with its neighbours, once all have been walked.
-void compare_walks(const WalkInput& input, int sector, View<SectorWalk> walks);
+/// Compares a sector with its neighbours, once all have been walked. `cells`: the sector's.
+void compare_walks(const WalkInput& input, int sector, const PolarCell* cells, View<SectorWalk> walks);
 
-/// Ends walks in passages between edges that are narrower than a vehicle: they have followed the matcher's smear. Then
-/// continues the walks of all sectors that have lost the ground, ring by ring: from the ground of neighbours, from the
-/// left to the right and back. `cells`: (ring, sector).
+/// Ends a walk in a passage between edges: it has followed the matcher's smear. The end is an edge of the same kind.
+void end_in_passage(const WalkInput& input, int sector, View<PolarCell> cells, View<SectorWalk> walks);
+
+/// Ends walks in passages. Then continues the walks of all sectors that have lost the ground, ring by ring: from the
+/// ground of neighbours, from the left to the right and back. `cells`: (ring, sector).
 void spread_ground(const WalkInput& input, View<PolarCell> cells, View<SectorWalk> walks);
 
 /// Completes one sector after all walks: marks edges that neighbours confirm, withdraws others.

@@ -4,6 +4,7 @@
 // Comparison of neighbouring sectors' walks: passages between edges, confirmed edges, cells beside hidden ones.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <vector>
 
@@ -29,8 +30,22 @@ class SettledWalks : public testing::Test {
   }
 
   int passage_end(int sector) {
-    compare_walks({camera_, limits_, rings_, samples_, nullptr, rings_.count(), 9}, sector, walks_.view());
-    return walks_(sector, 0).passage_end;
+    compare_walks(input(), sector, ground_.data(), walks_.view());
+    const SectorWalk& walk{walks_(sector, 0)};
+    if (walk.passage_end != no_ring) {
+      EXPECT_EQ(walks_(walk.passage_edge, 0).end, walk.passage_end);
+    }
+    return walk.passage_end;
+  }
+
+  // Ground in all rings of the compared sector, lower by `fall_m` behind the edge.
+  void set_ground(float fall_m) {
+    for (int ring{0}; ring < rings_.count(); ++ring)
+      ground_[static_cast<std::size_t>(ring)] = {ring < edge ? 0 : -fall_m, 0, TerrainClass::drivable};
+  }
+
+  [[nodiscard]] WalkInput input() const {
+    return {camera_, limits_, rings_, samples_, sigma_px_.data(), rings_.count(), 9};
   }
 
   // Largest number of sectors that are narrower than a quarter of the vehicle's height.
@@ -47,6 +62,8 @@ class SettledWalks : public testing::Test {
   TerrainLimits limits_{0.15f, 0.364f, 1.8f, 0.105f};
   Rings rings_{0.2f, 20, 64};
   TerrainSamples samples_{640, 360, rings_.capacity()};
+  std::vector<float> sigma_px_ = std::vector<float>(static_cast<std::size_t>(rings_.capacity()), 0.3f);
+  std::vector<PolarCell> ground_{static_cast<std::size_t>(rings_.capacity())};
   Image<SectorWalk> walks_{sectors, 1};
 };
 
@@ -78,6 +95,53 @@ TEST_F(SettledWalks, PassagesAtTheBorderEndWhereTheyAreNarrowerThanHalfOfTheVehi
     for (int sector{columns}; sector < columns + 4; ++sector) walks_(sector, 0).end = edge;
     EXPECT_EQ(passage_end(0), columns < widest ? edge : no_ring) << columns;
   }
+}
+
+TEST_F(SettledWalks, ColumnsThatTheRightCameraDoesNotSeeDoNotWidenAPassageAtTheBorder) {
+  const int unseen{static_cast<int>(camera_.focal_baseline_pxm / rings_.middle_m(edge)) / sector_px};
+  const int widest{2 * narrow() + 1};
+  ASSERT_GE(unseen, 2);
+  for (const int columns : {widest + unseen - 1, widest + unseen + 2}) {
+    walks_.fill({});
+    for (int sector{columns}; sector < columns + 4; ++sector) walks_(sector, 0).end = edge;
+    EXPECT_EQ(passage_end(unseen), columns < widest + unseen ? edge : no_ring) << columns;
+  }
+}
+
+TEST_F(SettledWalks, WiderPassagesEndWhereTheirGroundFallsAsBehindTheEdges) {
+  const int widest{static_cast<int>(3.2f * static_cast<float>(narrow()))};
+  for (const float fall_m : {0.0f, 0.1f, 0.3f}) {
+    for (const int width : {narrow() + 1, widest, widest + 3}) {
+      set_passage(width, 5);
+      for (int sector{0}; sector < sectors; ++sector) walks_(sector, 0).end_fall_m = 0.3f;
+      set_ground(fall_m);
+      EXPECT_EQ(passage_end(middle), fall_m > 0.2f && width <= widest ? edge : no_ring) << fall_m << ' ' << width;
+    }
+  }
+}
+
+TEST_F(SettledWalks, APassageEndsAtItsEdgeThoughItsGroundIsThatOfNeighbours) {
+  Image<float> road{640, 360};
+  for (int v{181}; v < 360; ++v) std::fill_n(road.row(v), 640, static_cast<float>(v - 180) * 0.2f);
+  const Image<float> none{640, 360};
+  samples_.begin(camera_, limits_);
+  samples_.read(0, samples_.sectors(), none.view(), road.view());
+  for (int sector{0}; sector < samples_.sectors(); ++sector) samples_.place(sector, rings_);
+  Image<PolarCell> cells{rings_.count(), sectors};
+  for (int sector{0}; sector < sectors; ++sector) walk_sector(input(), sector, {}, cells.view(), walks_(sector, 0));
+  ASSERT_TRUE(cells(edge + 1, middle).is_ground());
+  std::fill_n(cells.row(middle) + 2, rings_.count() - 2, PolarCell{});
+  walks_(middle, 0).lost = 2;
+  walks_(middle, 0).state.is_alive = false;
+  walks_(middle, 0).passage_end = edge;
+  walks_(middle, 0).passage_edge = 0;
+  walks_(0, 0).end_kind = GapKind::drop;
+  walks_(0, 0).end_fall_m = 0.3f;
+  spread_ground(input(), cells.view(), walks_.view());
+  EXPECT_TRUE(cells(edge, middle).is_ground());
+  EXPECT_EQ(cells(edge + 1, middle).kind, TerrainClass::hidden);
+  EXPECT_EQ(walks_(middle, 0).end_kind, GapKind::drop);
+  EXPECT_EQ(walks_(middle, 0).end_fall_m, 0.3f);
 }
 
 TEST_F(SettledWalks, SectorsWithTheSameEdgeAreNoPassage) {
