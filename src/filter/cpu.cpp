@@ -107,6 +107,7 @@ class RangeWeigher {
       const auto [x, y] = place(i);
       const int lane{lane_of(i, cells)};
       cells.is_weighed[lane] = starts_[i] != 0 && !is_ignored(one, state_.age_s(x, y));
+      if (cells.is_weighed[lane]) start_motion(tables_, one, state_);
       cells.x[lane] = one.x;
       cells.y_mps[lane] = one.y;
       cells.xx[lane] = one.xx;

@@ -207,6 +207,9 @@ void reset(FilterState& state, const FilterConfig& config, const GridGeometry& g
 
 FilterStep step_of(const FilterInput& input);
 
+/// Distributes standing mass over the moving velocities, if the evidence starts motion (`standing_before`).
+void start_motion(const FilterTables& tables, const VelocityEvidence& one, FilterState& state);
+
 /// Updates single cells of a joint state with measured velocities. In a block without masses the dynamic mass stays
 /// spread evenly, unless a cell is found to move.
 class CellWeigher {
@@ -214,7 +217,7 @@ class CellWeigher {
   CellWeigher(const FilterTables& tables, FilterState& state, GridLayers& layers)
       : tables_{tables}, state_{state}, layers_{layers} {}
 
-  /// False: the evidence starts a moving cell whose block has no masses. The block is marked; nothing else has changed.
+  /// False: the evidence starts a moving cell whose block has no masses. The block is marked.
   bool weigh(const VelocityEvidence& one, bool may_start);
 
  private:

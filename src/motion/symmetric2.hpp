@@ -22,6 +22,10 @@ inline Point2 operator*(const Symmetric2& m, Point2 p) {
   return {m.xx * p.x + m.xy * p.y, m.xy * p.x + m.yy * p.y};
 }
 
+inline Symmetric2 operator+(const Symmetric2& a, const Symmetric2& b) {
+  return {a.xx + b.xx, a.xy + b.xy, a.yy + b.yy};
+}
+
 inline Symmetric2 operator*(double factor, const Symmetric2& m) {
   return {factor * m.xx, factor * m.xy, factor * m.yy};
 }

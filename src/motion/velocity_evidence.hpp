@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -35,13 +36,28 @@ class EvidenceMap {
   }
 
   [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(sums_, axis_mps_, touched_, rows_, points_, evidence_);
+    return held_bytes_of(sums_, axis_mps_, touched_, rows_, averages_, points_, evidence_);
   }
 
  private:
   struct Sum {
     double weight{0};
+    double points{0};  ///< independent ones, by weight
+    int supported{0};
     InformationSum velocity;
+  };
+  /// Sum over a point and those that agree with it.
+  struct Average {
+    int points;
+    InformationSum velocity;
+
+    void add(const InformationSum& other) {
+      ++points;
+      velocity.add(other);
+    }
+    /// Number of independent points for which they count: errors are correlated.
+    [[nodiscard]] double independent() const { return std::max(points / 4.0, 1.0); }
+    [[nodiscard]] Symmetric2 information() const { return independent() / points * velocity.information; }
   };
   /// Cells from `first` to `last` along an axis.
   struct CellRange {
@@ -53,6 +69,8 @@ class EvidenceMap {
     Point2 place;
     Symmetric2 distance;
     InformationSum measured;
+    double independent;
+    int supported;  ///< 1: several others agree
     CellRange columns;
     CellRange rows;
   };
@@ -64,6 +82,7 @@ class EvidenceMap {
   };
 
   static CellRange cells_around(double at, double half, double min, double cell_size_m, int count);
+  void average(const std::vector<FlowVector>& vectors);
   void take(const std::vector<FlowVector>& vectors, const GridGeometry& window);
   void spread(int begin_row, int end_row);
   void spread(const Point& point, int row);
@@ -80,6 +99,7 @@ class EvidenceMap {
   // window of a frame
   GridGeometry window_;
   CameraView view_;
+  std::vector<Average> averages_;
   std::vector<Point> points_;
 };
 

@@ -198,8 +198,8 @@ TEST(evidence_of_velocities_is_weighed_as_by_the_reference) {
     std::vector<VelocityEvidence> evidence;
     for (int cell{every - 1}; cell < cells * cells; cell += every) {
       const auto between = [&](double low, double high) { return static_cast<float>(random.between(low, high)); };
-      evidence.push_back(
-          {cell, between(-6, 6), between(-6, 6), between(0.1, 9), between(-0.1, 0.1), between(0.1, 9), cell % 2});
+      evidence.push_back({cell, between(-6, 6), between(-6, 6), between(0.1, 9), between(-0.1, 0.1), between(0.1, 9),
+                          cell % 2, cell / 2 % 2});
     }
     run.weigh(evidence);
     CHECK_EQUAL(run.difference(), 0);

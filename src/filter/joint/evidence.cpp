@@ -10,6 +10,7 @@ bool CellWeigher::weigh(const VelocityEvidence& one, bool may_start) {
   const int x{one.cell % state_.occupancy.width()};
   const int y{one.cell / state_.occupancy.width()};
   if (is_ignored(one, state_.age_s(x, y))) return true;
+  start_motion(tables_, one, state_);
   const float occupancy{state_.occupancy(x, y)};
   const float* const axis_mps{tables_.axis_mps.data()};
   const int side{static_cast<int>(tables_.axis_mps.size())};
@@ -31,6 +32,20 @@ bool CellWeigher::weigh(const VelocityEvidence& one, bool may_start) {
   layers_.moving(x, y) = moving_share(occupancy, cell.standing);
   write_velocity(refined(one, axis_mps, side, cell), x, y, layers_);
   return true;
+}
+
+void start_motion(const FilterTables& tables, const VelocityEvidence& one, FilterState& state) {
+  const int x{one.cell % state.occupancy.width()};
+  const int y{one.cell / state.occupancy.width()};
+  float& standing{state.standing(x, y)};
+  const float before{standing};
+  standing = standing_before(one, state.occupancy(x, y), before);
+  const float started{before - standing};
+  float* masses{state.blocks.masses_at(x, y)};
+  if (started == 0 || masses == nullptr) return;
+  const std::size_t velocities{tables.lattice.size()};
+  const float each{started * tables.each_moving};
+  for (std::size_t k{0}; k < velocities; ++k, masses += block_cells) *masses += k == velocities / 2 ? -started : each;
 }
 
 namespace {

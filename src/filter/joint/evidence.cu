@@ -59,8 +59,13 @@ __device__ WeighedCell weigh_masses(const Weighing& in, const VelocityEvidence& 
   const float scale{state.scale[i]};
   const float born_standing{state.born_standing[i]};
   const float born_moving{state.born_moving[i]};
+  const float standing{state.standing[i]};
+  const float started{standing - standing_before(one, state.occupancy[i], standing)};
+  const float started_each{started * in.each_moving};
   const auto mass = [&](int k) {
-    return scale * masses[k * block_cells] + (k == velocities / 2 ? born_standing : born_moving);
+    const bool stands{k == velocities / 2};
+    const float before{scale * masses[k * block_cells] + (stands ? born_standing : born_moving)};
+    return before + (stands ? -started : started_each);
   };
   const WeighedCell cell{weigh_by_rows(in, one, mass, [masses](int k, float m) { masses[k * block_cells] = m; })};
   __syncwarp();  // all lanes have read scale and birth
@@ -73,7 +78,7 @@ __device__ WeighedCell weigh_masses(const Weighing& in, const VelocityEvidence& 
 
 // `weigh_evenly`: of one whose block has none.
 __device__ WeighedCell weigh_even_cell(const Weighing& in, const VelocityEvidence& one, const JointPointers& state) {
-  const float standing{state.standing[one.cell]};
+  const float standing{standing_before(one, state.occupancy[one.cell], state.standing[one.cell])};
   const float each{even_mass(in.each_moving, state.occupancy[one.cell], standing)};
   const int standstill{in.side * in.side / 2};
   return weigh_by_rows(
@@ -93,6 +98,7 @@ __device__ bool weigh_cell(const Weighing& in, VelocityEvidence one, bool may_st
   __syncwarp();  // all lanes have read what the first one writes
   if (lane_of_warp() != 0) return !starts;
   if (starts) {
+    state.standing[i] = standing_before(one, state.occupancy[i], state.standing[i]);
     state.slots[block] = slot_wanted;
     return false;
   }

@@ -14,7 +14,8 @@ struct VelocityEvidence {
   float xx;  ///< inverse of its covariance plus the lattice's variances, s²/m²
   float xy;
   float yy;
-  int is_repeated{0};  ///< 1: standstill explains it, and the camera sees the cell from where it did a frame ago
+  int is_repeated{0};    ///< 1: standstill explains it, and the camera sees the cell from where it did a frame ago
+  int starts_motion{0};  ///< 1: several features exclude standstill
 };
 
 /// Repeated evidence of standstill is not applied to a cell that the frame has not observed (`age_s` > 0): in every
@@ -22,6 +23,13 @@ struct VelocityEvidence {
 /// §9.3.
 STEREOGRID_HD inline bool is_ignored(const VelocityEvidence& evidence, float age_s) {
   return evidence.is_repeated != 0 && age_s > 0;
+}
+
+/// Standing mass of a cell before the evidence. Features that exclude standstill start motion: a minimum share of
+/// the mass is dynamic.
+STEREOGRID_HD inline float standing_before(const VelocityEvidence& evidence, float occupancy, float standing) {
+  constexpr float standing_max{0.85f};
+  return evidence.starts_motion != 0 ? Min(standing, standing_max * occupancy) : standing;
 }
 
 /// A cell's masses after the evidence.

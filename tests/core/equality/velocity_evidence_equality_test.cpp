@@ -52,7 +52,8 @@ std::vector<VelocityEvidence> some_evidence(int cells, unsigned percent, std::mt
   std::vector<VelocityEvidence> evidence;
   for (int cell{0}; cell < cells * cells; ++cell) {
     if (random() % 100 >= percent && cell + 1 < cells * cells) continue;
-    evidence.push_back({cell, 10 * unit(random), 10 * unit(random), 2 + unit(random), unit(random), 2 + unit(random)});
+    evidence.push_back({cell, 10 * unit(random), 10 * unit(random), 2 + unit(random), unit(random), 2 + unit(random), 0,
+                        cell % 3 == 0 ? 1 : 0});
   }
   return evidence;
 }

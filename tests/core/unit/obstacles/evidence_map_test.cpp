@@ -103,6 +103,28 @@ TEST(EvidenceMap, PointsThatContradictEachOtherSayLittle) {
   EXPECT_LT(information_at_middle({-4, 0}), agreeing / 5);
 }
 
+// Three features at 3 m/s; one measured 9 m/s, with a large error, the other place is a wrong match.
+TEST(EvidenceMap, FeaturesAreAveragedWithThoseThatAgree) {
+  EvidenceMap map{40, continuous_axis()};
+  std::vector<FlowVector> features(3, vector_at({0.1, 0.1}, {3, 0}));
+  features.push_back(vector_at({-1.3, 0.1}, {6, 0}, 2));
+  features.push_back(vector_at({-1.3, 0.1}, {-8, 0}));
+  const auto at = [&](int cell) {
+    for (const VelocityEvidence& one : map.gather(features, window, in_one)) {
+      if (one.cell == cell) return one;
+    }
+    return VelocityEvidence{};
+  };
+  constexpr int near_both{20 * 40 + 13};
+  EXPECT_EQ(at(20 * 40 + 20).starts_motion, 1);
+  EXPECT_EQ(at(near_both).starts_motion, 0) << "one supported feature";
+  features.pop_back();
+  EXPECT_NEAR(at(near_both).x, 3, 0.1);
+  features.back().place.x = 3.5;  // too far away
+  EXPECT_EQ(at(20 * 40 + 20).starts_motion, 0) << "three in all";
+  EXPECT_NEAR(at(20 * 40 + 37).x, 6, 1e-5);
+}
+
 TEST(EvidenceMap, MarksStandstillThatIsSeenAgainFromTheSamePlace) {
   EvidenceMap map{40, continuous_axis()};
   const auto mark = [&](Point2 velocity, double travelled_m) {

@@ -104,6 +104,26 @@ TEST(VelocityEvidence, LeavesWhetherACellIsOccupiedAndOtherCellsAlone) {
   }
 }
 
+// A static object that several features see moving off.
+TEST(VelocityEvidence, ThatStartsMotionIsBelievedAtOnce) {
+  const auto moving_after = [](int starts_motion) {
+    Seen seen;
+    seen.run.now.blocks.clear();
+    for (int i{0}; i < cells * cells; ++i) {
+      const int x{i % cells};
+      const int y{i / cells};
+      seen.run.now.standing(x, y) = 0.99f * seen.run.now.occupancy(x, y);
+    }
+    const VelocityEvidence evidence{9 * cells + 10, 2, 0, 8, 0, 8, 0, starts_motion};
+    const double before{mass_at(seen.run.now, 10, 9)};
+    seen.weigh({&evidence, 1});
+    EXPECT_NEAR(mass_at(seen.run.now, 10, 9), before, 1e-5);
+    return seen.run.layers.moving(10, 9);
+  };
+  EXPECT_LT(moving_after(0), 0.1f);
+  EXPECT_GT(moving_after(1), 0.25f);
+}
+
 TEST(VelocityEvidence, OfSomethingElseChangesLittle) {
   Seen seen;
   FilterRun<Cpu>& run{seen.run};
