@@ -23,7 +23,7 @@ std::string deflate(std::string_view bytes, DeflateForm form) {
   if (most > std::numeric_limits<std::uint32_t>::max()) throw std::length_error{"more than 4 GiB to compress"};
   const auto packed{std::make_unique_for_overwrite<std::uint8_t[]>(most)};
   struct State {
-    isal_zstream stream;
+    isal_zstream stream{};  // ISA-L reads its `hist_bits`, and does not write it before
     std::uint8_t level[ISAL_DEF_LVL1_DEFAULT];
   };
   const auto state{std::make_unique_for_overwrite<State>()};
