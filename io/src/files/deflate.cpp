@@ -45,7 +45,7 @@ std::string deflate(std::string_view bytes, DeflateForm form) {
 bool inflate_zlib(std::string_view packed, std::span<std::uint8_t> bytes) {
   constexpr std::size_t most{std::numeric_limits<std::uint32_t>::max()};
   if (packed.size() > most || bytes.size() > most) return false;
-  const auto state{std::make_unique_for_overwrite<inflate_state>()};
+  const auto state{std::make_unique<inflate_state>()};
   isal_inflate_init(state.get());
   state->crc_flag = ISAL_ZLIB;
   state->next_in = start_of(packed);
