@@ -55,7 +55,7 @@ class EvidenceMap {
       ++points;
       velocity.add(other);
     }
-    /// Number of independent points for which they count: errors are correlated.
+    /// Number of independent points for which they count: errors of four are like one.
     [[nodiscard]] double independent() const { return std::max(points / 4.0, 1.0); }
     [[nodiscard]] Symmetric2 information() const { return independent() / points * velocity.information; }
   };

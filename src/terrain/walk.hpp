@@ -51,7 +51,7 @@ struct SectorWalk {
   int trench_wall{no_ring};        ///< ring of its far wall
   float trench_fall_m{0};          ///< visible part of the wall
   bool is_trench_sure{false};      ///< it ends walks beyond judged_rings, too
-  int passage_end{no_ring};        ///< edge to both sides of a narrow passage
+  int passage_end{no_ring};        ///< edge beside a passage that the walk must not follow
   int passage_edge{0};             ///< sector of one of its edges
   int block_confirmations{0};      ///< number of neighbours that must confirm `blocked`
   bool is_block_confirmed{false};  ///< enough neighbours confirm `blocked`
