@@ -4,6 +4,7 @@
 
 #include <isa-l.h>
 
+#include <algorithm>
 #include <limits>
 #include <memory>
 #include <stdexcept>
@@ -17,7 +18,8 @@ std::uint8_t* start_of(std::string_view bytes) {  // ISA-L does not write there
 
 }  // namespace
 
-// Level 1: higher ones hardly reduce the size.
+// Level 1: higher ones hardly reduce the size. The first bytes are a block of their own: where ISA-L 2.30 begins with
+// more than a few hundred, the result depends on the address of the stream (it hashes the pointer).
 std::string deflate(std::string_view bytes, DeflateForm form) {
   const std::size_t most{bytes.size() + bytes.size() / 1024 + 1024};
   if (most > std::numeric_limits<std::uint32_t>::max()) throw std::length_error{"more than 4 GiB to compress"};
@@ -28,17 +30,24 @@ std::string deflate(std::string_view bytes, DeflateForm form) {
   };
   const auto state{std::make_unique_for_overwrite<State>()};
   isal_zstream& stream{state->stream};
-  isal_deflate_stateless_init(&stream);
+  isal_deflate_init(&stream);
   stream.level = 1;
   stream.level_buf = state->level;
   stream.level_buf_size = sizeof state->level;
   stream.gzip_flag = form == DeflateForm::zlib ? IGZIP_ZLIB : IGZIP_DEFLATE;
-  stream.end_of_stream = 1;
   stream.next_in = start_of(bytes);
-  stream.avail_in = static_cast<std::uint32_t>(bytes.size());
   stream.next_out = packed.get();
   stream.avail_out = static_cast<std::uint32_t>(most);
-  if (isal_deflate_stateless(&stream) != COMP_OK) throw std::logic_error{"deflate: the buffer is too small"};
+  const auto add{[&stream](std::size_t size, bool last) {
+    stream.avail_in = static_cast<std::uint32_t>(size);
+    stream.end_of_stream = last;
+    stream.flush = last ? NO_FLUSH : SYNC_FLUSH;
+    if (isal_deflate(&stream) != COMP_OK) throw std::logic_error{"deflate: ISA-L rejects its options"};
+  }};
+  const std::size_t first{std::min<std::size_t>(bytes.size(), 16)};
+  add(first, false);
+  add(bytes.size() - first, true);
+  if (stream.internal_state.state != ZSTATE_END) throw std::logic_error{"deflate: the buffer is too small"};
   return {reinterpret_cast<const char*>(packed.get()), stream.total_out};
 }
 
