@@ -43,9 +43,9 @@ def main() -> None:
     publisher = node.create_publisher(OccupancyGrid, (sys.argv[2:] or ["/stereo_grid/occupancy_grid"])[0], latched)
     recording = sg.open(sys.argv[1])
     pipeline = sg.Pipeline(sg.preset("default"), recording.rig, stages=False)
-    for frame in recording:
-        publisher.publish(message_of(pipeline.process(frame)))
     with suppress(KeyboardInterrupt, ExternalShutdownException):
+        for frame in recording:
+            publisher.publish(message_of(pipeline.process(frame)))
         rclpy.spin(node)
 
 
