@@ -18,7 +18,7 @@ HostSpace::HostSpace(const Config& config, const Rig& level_rig, const GridGeome
       filter_tables{config.filter},
       observed_world{Window{vehicle_grid}.cells(), Window{vehicle_grid}.cells()},
       filtered{Window{vehicle_grid}.cells(), config.filter},
-      filtered_before{filtered},
+      filtered_before{Window{vehicle_grid}.cells(), config.filter},
       weighing{Window{vehicle_grid}.cells(), filter_tables, config.filter.model == FilterModel::joint ? threads : 0},
       block_kinds(filtered.kinds.size()),
       part_kinds(static_cast<std::size_t>(vehicle_grid.ny * resampled_parts(vehicle_grid.nx))) {

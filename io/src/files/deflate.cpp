@@ -25,12 +25,13 @@ std::string deflate(std::string_view bytes, DeflateForm form) {
   if (most > std::numeric_limits<std::uint32_t>::max()) throw std::length_error{"more than 4 GiB to compress"};
   const auto packed{std::make_unique_for_overwrite<std::uint8_t[]>(most)};
   struct State {
-    isal_zstream stream{};  // ISA-L reads its `hist_bits`, and does not write it before
+    isal_zstream stream;
     std::uint8_t level[ISAL_DEF_LVL1_DEFAULT];
   };
   const auto state{std::make_unique_for_overwrite<State>()};
   isal_zstream& stream{state->stream};
   isal_deflate_init(&stream);
+  stream.hist_bits = 0;  // ISA-L does not set it
   stream.level = 1;
   stream.level_buf = state->level;
   stream.level_buf_size = sizeof state->level;

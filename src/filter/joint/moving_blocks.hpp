@@ -8,6 +8,7 @@
 
 #include "filter/joint/even_model.hpp"
 #include "held_bytes.hpp"
+#include "unset_allocator.hpp"
 
 namespace stereogrid {
 
@@ -67,7 +68,7 @@ class MovingBlocks {
   std::size_t velocities_;
   int capacity_;
   std::vector<int> slots_;
-  std::vector<float> masses_;
+  std::vector<float, UnsetAllocator<float>> masses_;
   std::vector<int> begun_;
   int used_{0};
 };
