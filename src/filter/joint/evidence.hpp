@@ -26,9 +26,9 @@ STEREOGRID_HD inline bool is_ignored(const VelocityEvidence& evidence, float age
 }
 
 /// Standing mass of a cell before the evidence. Features that exclude standstill start motion: a minimum share of
-/// the mass is dynamic.
+/// the mass is dynamic. With the prior of standstill, the likelihood's floor would keep the cell static for frames.
 STEREOGRID_HD inline float standing_before(const VelocityEvidence& evidence, float occupancy, float standing) {
-  constexpr float standing_max{0.85f};
+  constexpr float standing_max{0.5f};
   return evidence.starts_motion != 0 ? Min(standing, standing_max * occupancy) : standing;
 }
 

@@ -121,7 +121,7 @@ TEST(VelocityEvidence, ThatStartsMotionIsBelievedAtOnce) {
     return seen.run.layers.moving(10, 9);
   };
   EXPECT_LT(moving_after(0), 0.1f);
-  EXPECT_GT(moving_after(1), 0.25f);
+  EXPECT_GT(moving_after(1), 0.5f);
 }
 
 TEST(VelocityEvidence, OfSomethingElseChangesLittle) {
