@@ -18,10 +18,8 @@ namespace stereogrid {
 
 /// Working memory of predictions.
 struct PredictionSpace {
-  explicit PredictionSpace(const FilterState& now)
-      : state{now},
-        layers{grid_layers({0, 0, 1, now.occupancy.width(), now.occupancy.height()})},
-        nothing{now.occupancy.width(), now.occupancy.height(), 0.5f} {}
+  PredictionSpace(int cells, const FilterConfig& config)
+      : state{cells, config}, layers{grid_layers({0, 0, 1, cells, cells})}, nothing{cells, cells, 0.5f} {}
 
   [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(state, layers, nothing); }
 
@@ -48,7 +46,7 @@ struct HostSpace {
   Image<float> observed_world;
   FilterState filtered;
   FilterState filtered_before;
-  std::unique_ptr<PredictionSpace> prediction;  ///< allocated at the first prediction
+  std::unique_ptr<PredictionSpace> prediction;  ///< null: no predictions
   WeighingSpace weighing;
   std::vector<BlockKind> block_kinds;  ///< kinds of the window's layers of the stored result: FilterState::kinds
   std::vector<BlockKind> part_kinds;   ///< kinds of its vehicle's layers, see KnownKinds

@@ -36,7 +36,8 @@ class HostStages final : public Stages {
         back_end_{back_end},
         space_{config, rig_, vehicle_grid_of(config.grid), cpu.threads()} {
     make_room(back_end_, config.matching, space_.matching);
-    if (options.predictions) space_.prediction = std::make_unique<PredictionSpace>(space_.filtered);
+    if (options.predictions)
+      space_.prediction = std::make_unique<PredictionSpace>(space_.filtered.occupancy.width(), config.filter);
   }
 
   void set_mask(const PixelMask& mask) override { mask_ = &mask; }
