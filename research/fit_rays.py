@@ -37,7 +37,7 @@ def opaque_bins(ambiguous: np.ndarray, drop: np.ndarray, first: np.ndarray, bott
             break
         begin = np.searchsorted(drop, 2 * bottom * first[v] / BINS_PER_PX - drop[v])
         count = np.count_nonzero(ambiguous[begin:v + 1])
-        if count >= 8 and 3 * count >= v + 1 - begin:
+        if count >= 8 and 4 * count >= v + 1 - begin:
             return first[v + 6 if v + 6 < len(first) else v] + 1
     return 0
 

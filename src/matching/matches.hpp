@@ -11,7 +11,8 @@
 
 namespace stereogrid {
 
-/// Obstacle disparity of an ambiguous pixel: textured, but another disparity costs as little. Equal to 0, none.
+/// Obstacle disparity of an ambiguous pixel: its textured patch is surely in the right image, but in several places or
+/// where another pixel matches better. Equal to 0, none.
 constexpr float ambiguous_px{-0.0f};
 
 STEREOGRID_HD inline bool is_ambiguous(float obstacle) {

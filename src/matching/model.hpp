@@ -114,7 +114,7 @@ struct ConfidenceWeights {
 /// Confidence model of a matcher with a maximum cost.
 struct ConfidenceModel {
   int cost_limit;            ///< matches with a higher cost are rejected
-  int ambiguous_cost_limit;  ///< matches with a higher cost are not ambiguous
+  int ambiguous_cost_limit;  ///< pixels with a higher cost are not ambiguous
   float per_cost;            ///< 1 / the largest cost
   ConfidenceWeights upright;
   ConfidenceWeights road;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Parameters that every back end derives from a MatchingConfig.
+#include <algorithm>
 #include <cmath>
 
 #include "matching/matching.hpp"
@@ -22,6 +23,10 @@ SpeckleSizes speckle_sizes(const MatchingConfig& config) {
   return {config.speckle_px, config.road_speckle_px};
 }
 
+/// Share of the largest cost up to which a patch is surely similar to its counterpart: real surfaces cost .10 to .37.
+/// Above .2, occluded bands of the lidar drives become ambiguous.
+constexpr double ambiguous_cost_share{0.2};
+
 // Fitted by gradient descent on the log-loss of "right to a pixel" over the four kinds of truth that bench_accuracy
 // reads (two lidar drives, two pairs, five rendered sequences; equal weight each), matches of the whole pipeline.
 ConfidenceModel confidence_model(const MatchingConfig& config) {
@@ -35,7 +40,7 @@ ConfidenceModel confidence_model(const MatchingConfig& config) {
   const int most{compared_bits(config.window_px) * config.window_px * config.window_px};
   const int limit{static_cast<int>(config.cost_limit * most)};
   return {limit,
-          config.uniqueness > 0 ? -1 : limit,  // rivals may cost more
+          std::min(limit, static_cast<int>(ambiguous_cost_share * most)),
           1.0f / static_cast<float>(most),
           {1.057f, -2.645f, -6.135f, 20.821f, 0.743f, 0.121f, -0.741f},
           {0.060f, -2.173f, -3.143f, 61.630f, 33.120f, 1.446f, -1.529f}};

@@ -129,8 +129,9 @@ class Decider final : public CandidateSink {
                                 config_.left_right_px};
       const bool textured{is_textured(left_, u, v, config_)};
       const bool accepted{consistent && winner(u).is_plausible && textured};
-      const bool tied{winner(u).cost <= confidence_model(config_).ambiguous_cost_limit};
-      const float unmatched{winner(u).is_ambiguous && tied && textured ? ambiguous_px : 0};
+      const bool similar{winner(u).cost <= confidence_model(config_).ambiguous_cost_limit};
+      const bool ambiguous{similar && textured && !winner(u).is_road && winner(u).whole > 0};
+      const float unmatched{ambiguous ? ambiguous_px : 0};
       matches_.road(u, v) = accepted && winner(u).is_road ? winner(u).disparity : 0;
       matches_.obstacle(u, v) = accepted && !winner(u).is_road ? winner(u).disparity : unmatched;
       matches_.confidence(u, v) = accepted ? single_numbers::confidence_of(winner(u).evidence) : 0;

@@ -38,8 +38,8 @@ __device__ bool is_textured(const Decision& task, int u, int v) {
 }
 
 __device__ float unmatched(const Decision& task, const Winner& winner, int u, int v) {
-  const bool is_tied{winner.cost <= task.confidences.ambiguous_cost_limit};
-  return winner.is_ambiguous && is_tied && is_textured(task, u, v) ? ambiguous_px : 0.0f;
+  const bool is_similar{winner.cost <= task.confidences.ambiguous_cost_limit};
+  return is_similar && !winner.is_road && winner.whole > 0 && is_textured(task, u, v) ? ambiguous_px : 0.0f;
 }
 
 __device__ void accept(const Decision& task, const Winner& winner, int claimed_whole, int u, int v) {

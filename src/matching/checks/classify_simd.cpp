@@ -43,9 +43,6 @@ IntVector load(const std::int16_t* values) {
   return hn::PromoteTo(d32, hn::LoadU(d16, values));
 }
 
-/// Marks ambiguous pixels, which have no confidence.
-constexpr float evidence_of_ambiguous{-1e9f};
-
 template <class Vector>
 struct CandidateVectors {
   Vector cost;
@@ -112,6 +109,7 @@ HWY_NOINLINE void find_winners(const DecideRow& of_row, ClassifySpace& space) {
   auto* const places = reinterpret_cast<std::int32_t*>(space.place.data());
   auto* const ranks = reinterpret_cast<std::int32_t*>(space.rank.data());
   float* const evidence{space.evidence.data()};
+  float* const unmatched{space.unmatched.data()};
   float* const labelled{space.labelled.data()};
   const int lanes{static_cast<int>(hn::Lanes(d32))};
   auto place_0 = numbers_from(d32, 1);  // place at disparity 0
@@ -127,9 +125,11 @@ HWY_NOINLINE void find_winners(const DecideRow& of_row, ClassifySpace& space) {
     const auto rank = hn::Or(hn::ShiftLeft<16>(winner.cost), hn::And(winner.whole, set(65535)));
     hn::StoreU(place, d32, places + u);
     hn::StoreU(rank, d32, ranks + u);
-    const auto is_tied = hn::Lt(winner.cost, set(row.confidences.ambiguous_cost_limit + 1));
-    const auto is_ambiguous = condition(winner.disparity, hn::And(hn::And(winner.is_ambiguous, is_tied), textured));
-    hn::StoreU(hn::IfThenElse(is_ambiguous, hn::Set(df, evidence_of_ambiguous), winner.evidence), df, evidence + u);
+    hn::StoreU(winner.evidence, df, evidence + u);
+    const auto is_similar = hn::Lt(winner.cost, set(row.confidences.ambiguous_cost_limit + 1));
+    const auto is_upright = hn::AndNot(winner.is_road, hn::Gt(winner.whole, set(0)));
+    const auto is_ambiguous = condition(winner.disparity, hn::And(is_upright, hn::And(is_similar, textured)));
+    hn::StoreU(hn::IfThenElseZero(is_ambiguous, hn::Set(df, ambiguous_px)), df, unmatched + u);
     const auto sign = hn::IfThenElseZero(is_road, hn::Set(df, -0.0f));
     hn::StoreU(hn::IfThenElseZero(is_good, hn::Xor(winner.disparity, sign)), df, labelled + u);
     place_0 = hn::Add(place_0, set(lanes));
@@ -150,12 +150,11 @@ HWY_INLINE void write_results(int left_right_px, int u, const ClassifySpace& spa
   const auto is_consistent = hn::RebindMask(df, hn::Lt(difference, hn::Set(d32, left_right_px + 1)));
   const auto labelled = hn::IfThenElseZero(is_consistent, hn::LoadU(df, space.labelled.data() + u));
   const auto upright = hn::Max(labelled, hn::Zero(df));
-  const auto evidence = hn::LoadU(df, space.evidence.data() + u);
-  const auto is_ambiguous = hn::Eq(evidence, hn::Set(df, evidence_of_ambiguous));
-  const auto sure = confidence_of(evidence);
-  hn::StoreU(hn::Or(upright, hn::IfThenElseZero(is_ambiguous, hn::Set(df, ambiguous_px))), df, obstacle + u);
+  const auto is_unmatched = hn::Eq(labelled, hn::Zero(df));
+  const auto sure = confidence_of(hn::LoadU(df, space.evidence.data() + u));
+  hn::StoreU(hn::IfThenElse(is_unmatched, hn::LoadU(df, space.unmatched.data() + u), upright), df, obstacle + u);
   hn::StoreU(hn::Sub(upright, labelled), df, on_road + u);
-  hn::StoreU(hn::IfThenZeroElse(hn::Eq(labelled, hn::Zero(df)), sure), df, confidence + u);
+  hn::StoreU(hn::IfThenZeroElse(is_unmatched, sure), df, confidence + u);
 }
 
 void Decide(const DecideRow& row, ClassifySpace& space) {
@@ -205,6 +204,7 @@ ClassifySpace::ClassifySpace(int width) {
   rank.resize(size);
   labelled.resize(size);
   evidence.resize(size);
+  unmatched.resize(size);
   obstacle.resize(size);
   on_road.resize(size);
   confidence.resize(size);

@@ -16,7 +16,7 @@ struct ClassifySpace {
   explicit ClassifySpace(int width);
 
   [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(lead, place, rank, labelled, evidence, obstacle, on_road, confidence, claims);
+    return held_bytes_of(lead, place, rank, labelled, evidence, unmatched, obstacle, on_road, confidence, claims);
   }
 
   std::vector<std::int16_t> lead;    ///< [u]: cost of the road hypothesis less that of the upright one
@@ -24,6 +24,7 @@ struct ClassifySpace {
   std::vector<std::uint32_t> rank;   ///< [u]: cost << 16 | whole; the smallest claim of a place wins
   std::vector<float> labelled;       ///< [u]: Winner::disparity, negative for road; 0: nothing
   std::vector<float> evidence;       ///< [u]: Winner::evidence
+  std::vector<float> unmatched;      ///< [u]: obstacle disparity if the pixel has no match: ambiguous_px or 0
   std::vector<float> obstacle;       ///< [u]: results, where a whole vector has no room in the row
   std::vector<float> on_road;
   std::vector<float> confidence;

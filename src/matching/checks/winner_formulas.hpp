@@ -78,7 +78,6 @@ struct WinnerOf {
   Real disparity;          ///< px
   Int whole;               ///< px: the column of the right image that is claimed is u − whole
   Condition is_plausible;  ///< unique, cheap enough and within the disparities searched
-  Condition is_ambiguous;  ///< upright and cheap enough, but not unique
   Real evidence;           ///< confidence_of makes a probability of it
 };
 
@@ -97,15 +96,8 @@ STEREOGRID_HD inline auto winner_of(const Candidates& chosen, Int lead, Int road
   const auto in_range = And(disparity >= half, disparity < number(disparity, static_cast<float>(disparities) - 0.5f));
   const auto unique = chosen.has_rivals == number(cost, 0);
   const auto cheap = cost < number(cost, confidences.cost_limit + 1);
-  const auto has_rivals = IfThenElse(is_road, number(cost, 0), chosen.has_rivals) > number(cost, 0);
   const auto evidence = evidence_of(confidences, condition(disparity, is_road), cost,
                                     Min(chosen.before, chosen.after) - cost, Abs(lead), disparity);
   return WinnerOf<Int, std::decay_t<decltype(disparity)>, std::decay_t<decltype(is_road)>>{
-      is_road,
-      cost,
-      disparity,
-      whole(disparity + half),
-      And(And(unique, cheap), condition(cost, in_range)),
-      And(has_rivals, cheap),
-      evidence};
+      is_road, cost, disparity, whole(disparity + half), And(And(unique, cheap), condition(cost, in_range)), evidence};
 }

@@ -115,12 +115,12 @@ STEREOGRID_HD inline int bins_to_foot(int v, int height, const UprightRange& ran
   if (!(foot.drop > 0)) return 0;
   const float disparity{static_cast<float>(foot.first) / ray_bins_per_px};
   const PatternRows seen{count(v, 2 * range.bottom_drop_m * disparity - foot.drop)};
-  if (seen.ambiguous < least_ambiguous || 3 * seen.ambiguous < seen.rows) return no_foot;
+  if (seen.ambiguous < least_ambiguous || 4 * seen.ambiguous < seen.rows) return no_foot;
   return row(v + foot_rows < height ? v + foot_rows : v).first + 1;
 }
 
 /// Bins from 0 to the foot of a repeating pattern, which no ray of a column passes; 0: no pattern. An ambiguous pixel
-/// shows something nearer than the ground of its row. The foot is the lowest row from which a third of the pixels are
+/// shows something nearer than the ground of its row. The foot is the lowest row from which a quarter of the pixels are
 /// ambiguous, up to twice the least height of obstacles. `pixel(v)`: obstacle disparity; `row(v)`: RayRow.
 template <class Pixel, class Row>
 STEREOGRID_HD inline int opaque_bins(int height, const UprightRange& range, const Pixel& pixel, const Row& row) {

@@ -4,6 +4,8 @@
 
 #include <cmath>
 #include <functional>
+#include <numbers>
+#include <random>
 
 #include "matching_run.hpp"
 #include "support.hpp"
@@ -85,18 +87,54 @@ TEST(Matching, LeavesTheLeftBorderEmpty) {
   EXPECT_LT(wrong, 0.05 * shift * height);
 }
 
+// Upright stripes of a period of 10 px with noise; their disparities lie between the whole pixels.
 TEST(Matching, MarksPixelsOfARepeatingPattern) {
-  Image<std::uint8_t> image{width, height};
-  for (int v{0}; v < height; ++v) {
-    for (int u{0}; u < width; ++u) image(u, v) = static_cast<std::uint8_t>(u % 10 < 5 ? 80 : 160);
-  }
+  std::mt19937 generator{5};
+  const auto stripes = [&](double shift) {
+    Image<std::uint8_t> image{width, height};
+    for (int v{0}; v < height; ++v) {
+      for (int u{0}; u < width; ++u) {
+        image(u, v) = static_cast<std::uint8_t>(120 + 60 * std::sin((u + shift) * std::numbers::pi / 5) +
+                                                uniform(generator, -3, 3));
+      }
+    }
+    return image;
+  };
   Cpu cpu{1};
-  const MatchRun run{cpu, image, image, no_road, permissive_config()};
-  for (int v{0}; v < height; ++v) {
-    for (int u{40}; u < width - 10; ++u) ASSERT_EQ(run.matches.obstacle(u, v), 0);
+  for (const double shift : {3.6, 7.3, 12.5}) {
+    const MatchRun run{cpu, stripes(0), stripes(shift), no_road, MatchingConfig{.disparities = 32}};
+    for (int u{40}; u < width - 10; ++u) {
+      int ambiguous{0};
+      for (int v{0}; v < height; ++v) ambiguous += is_ambiguous(run.matches.obstacle(u, v)) ? 1 : 0;
+      EXPECT_GT(ambiguous, height / 4) << shift << " " << u;
+    }
   }
-  EXPECT_TRUE(is_ambiguous(run.matches.obstacle(80, 40)));
   EXPECT_FALSE(is_ambiguous(0.0f));
+}
+
+// Behind the left edge of a wall: a background 20 px farther, or with no disparity.
+TEST(Matching, PixelsThatOnlyTheLeftCameraSeesAreNotAmbiguous) {
+  const Texture wall{3};
+  const Texture behind{4};
+  constexpr int edge{80};
+  constexpr int nearer{20};
+  Cpu cpu{1};
+  for (const int far : {0, 3}) {
+    const auto seen = [&](int wall_px, int far_px) {
+      Image<std::uint8_t> image{textured_image(behind, width, height, [&](int u, int) { return u + far_px; })};
+      const auto front = textured_image(wall, width, height, [&](int u, int) { return u + wall_px; });
+      for (int v{0}; v < height; ++v) {
+        std::copy(front.row(v) + edge - wall_px, front.row(v) + width, image.row(v) + edge - wall_px);
+      }
+      return image;
+    };
+    const MatchRun run{cpu, seen(0, 0), seen(far + nearer, far), no_road, MatchingConfig{.disparities = 32}};
+    int ambiguous{0};
+    for (int v{0}; v < height; ++v) {
+      for (int u{far + 10}; u < edge; ++u) ambiguous += is_ambiguous(run.matches.obstacle(u, v)) ? 1 : 0;
+    }
+    EXPECT_LT(ambiguous, 0.02 * edge * height) << far;
+  }
 }
 
 TEST(Matching, DisparityZeroIsNoMeasurement) {
