@@ -87,19 +87,20 @@ bool cut(View<const std::uint8_t> image, Place place, float shear, Template& pat
   return true;
 }
 
-std::optional<Place> find(View<const std::uint8_t> image, const Template& patch, float shear, Place start, int steps) {
+std::optional<Place> find(View<const std::uint8_t> image, const Template& patch, float shear, Place start,
+                          FindLimits limits) {
   Place place{start};
   Patch difference;
   for (int step{0};; ++step) {
     if (!sample<0>(image, place, shear, difference.data())) return std::nullopt;
     for (std::size_t k{0}; k < patch_pixels; ++k) difference[k] = patch.grey[k] - difference[k];
     remove_mean(difference);
-    if (step == steps) break;
+    if (step == limits.steps) break;
     const Place move{step_of(patch, product(patch.gradient_u, difference), product(patch.gradient_v, difference))};
     place = {place.u + move.u, place.v + move.v};
     if (is_short(move)) break;
   }
-  if (!fits(patch, product(difference, difference))) return std::nullopt;
+  if (!fits(patch, product(difference, difference), limits)) return std::nullopt;
   return place;
 }
 

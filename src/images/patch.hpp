@@ -46,17 +46,22 @@ bool cut(View<const std::uint8_t> image, Place place, float shear, Template& pat
 double information_u(const Template& patch);
 double information_v(const Template& patch);
 
+/// Limits of find().
+struct FindLimits {
+  int steps{3};
+  double misfit{0.2};  ///< share of the patch's variance that may be left
+};
+
 /// Position of the patch in another image (Lucas and Kanade 1981, inverse compositional, Gauss-Newton; at most 0.7 px a
-/// step, until a step is short). None if it leaves the image or does not fit: more than a fifth of its variance is
-/// left.
+/// step, until a step is short). None if it leaves the image or does not fit.
 std::optional<Place> find(View<const std::uint8_t> image, const Template& patch, float shear, Place start,
-                          int steps = 3);
+                          FindLimits limits = {});
 
 /// The same in plain loops: the definition.
 namespace plain {
 bool cut(View<const std::uint8_t> image, Place place, float shear, Template& patch);
 std::optional<Place> find(View<const std::uint8_t> image, const Template& patch, float shear, Place start,
-                          int steps = 3);
+                          FindLimits limits = {});
 }  // namespace plain
 
 }  // namespace stereogrid

@@ -74,9 +74,8 @@ inline bool is_short(const Place& step) {
 }
 
 /// `left`: the sum of squares that is left of the patch.
-inline bool fits(const Template& patch, double left) {
-  constexpr double misfit_max{0.2};
-  return left <= misfit_max * patch.variance;
+inline bool fits(const Template& patch, double left, const FindLimits& limits) {
+  return left <= limits.misfit * patch.variance;
 }
 
 }  // namespace stereogrid

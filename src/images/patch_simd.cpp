@@ -201,11 +201,11 @@ struct Misfit {
   }
 };
 
-bool Find(View<const std::uint8_t> image, const Template& patch, float shear, int steps, Place& place) {
+bool Find(View<const std::uint8_t> image, const Template& patch, float shear, const FindLimits& limits, Place& place) {
   Misfit misfit;
   for (int step{0};; ++step) {
     if (!misfit.look(image, patch, shear, place)) return false;
-    if (step == steps) break;
+    if (step == limits.steps) break;
     Row along_u{Row::all(0)};
     Row along_v{along_u};
     for (std::size_t k{0}; k < patch_pixels; k += patch_columns) {
@@ -217,7 +217,7 @@ bool Find(View<const std::uint8_t> image, const Template& patch, float shear, in
     place = {place.u + move.u, place.v + move.v};
     if (is_short(move)) break;
   }
-  return fits(patch, misfit.squares());
+  return fits(patch, misfit.squares(), limits);
 }
 
 }  // namespace
@@ -235,9 +235,10 @@ bool cut(View<const std::uint8_t> image, Place place, float shear, Template& pat
   return HWY_DYNAMIC_DISPATCH(Cut)(image, place, shear, patch);
 }
 
-std::optional<Place> find(View<const std::uint8_t> image, const Template& patch, float shear, Place start, int steps) {
+std::optional<Place> find(View<const std::uint8_t> image, const Template& patch, float shear, Place start,
+                          FindLimits limits) {
   Place place{start};
-  if (!HWY_DYNAMIC_DISPATCH(Find)(image, patch, shear, steps, place)) return std::nullopt;
+  if (!HWY_DYNAMIC_DISPATCH(Find)(image, patch, shear, limits, place)) return std::nullopt;
   return place;
 }
 

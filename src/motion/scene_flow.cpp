@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <utility>
 
 #include "clamped_to_int.hpp"
 
@@ -30,7 +31,8 @@ constexpr double height_max_m{3};
 constexpr double nearest_m{1};
 constexpr float disparity_min_px{1};
 
-constexpr int find_steps{5};
+/// Smoothed patches have less noise than others.
+constexpr FindLimits find_limits{5, 0.125};
 constexpr double speed_max_mps{45};
 /// New points are searched as far as this speed takes them.
 constexpr double searched_speed_mps{10};
@@ -79,6 +81,59 @@ int texture(const Grey& image, int u, int v) {
   return sum;
 }
 
+}  // namespace
+
+// From one pixel more than the patch to each side, for the gradients.
+class ScaledPatch {
+ public:
+  static constexpr int centre_u{patch_reach_u + 1};
+  static constexpr int centre_v{patch_reach_v + 1};
+
+  /// False where the surroundings of `place` are not inside the image.
+  [[nodiscard]] bool take(const Grey& image, Place place, float scale) {
+    const float step{1 / scale};
+    const auto first = [step](float at, int centre) { return at - step * static_cast<float>(centre); };
+    const auto is_inside = [&](float at, int centre, int size) {
+      return first(at, centre) >= 0 && at + step * static_cast<float>(centre) < static_cast<float>(size - 1);
+    };
+    if (!is_inside(place.u, centre_u, image.width) || !is_inside(place.v, centre_v, image.height)) return false;
+    std::uint8_t* out{grey_.data()};
+    for (int j{0}; j < rows; ++j) {
+      const float v{first(place.v, centre_v) + step * static_cast<float>(j)};
+      for (int i{0}; i < columns; ++i) {
+        *out++ = static_cast<std::uint8_t>(
+            between(image, {first(place.u, centre_u) + step * static_cast<float>(i), v}) + 0.5f);
+      }
+    }
+    return cut(grey(), {centre_u, centre_v}, 0, pixels_);
+  }
+  [[nodiscard]] const Template& pixels() const { return pixels_; }
+  [[nodiscard]] Grey grey() const { return {grey_.data(), columns, rows, columns}; }
+
+ private:
+  static constexpr int columns{2 * centre_u};
+  static constexpr int rows{2 * centre_v + 1};
+
+  // Grey level between four pixels.
+  static float between(const Grey& image, Place place) {
+    const auto column = static_cast<int>(place.u);
+    const auto row = static_cast<int>(place.v);
+    const float share_next{place.u - static_cast<float>(column)};
+    const float share_below{place.v - static_cast<float>(row)};
+    const auto in_row = [&](int of) {
+      const std::uint8_t* const grey{image.row(of) + column};
+      return static_cast<float>(grey[0]) + share_next * static_cast<float>(grey[1] - grey[0]);
+    };
+    const float above{in_row(row)};
+    return above + share_below * (in_row(row + 1) - above);
+  }
+
+  std::array<std::uint8_t, static_cast<std::size_t>(columns) * rows> grey_;
+  Template pixels_;
+};
+
+namespace {
+
 bool can_be_followed(const Template& patch) {
   return information_u(patch) >= information_u_min && information_v(patch) >= information_v_min;
 }
@@ -93,12 +148,8 @@ Place in_right(Place left, float disparity, const RowOffsets& offsets) {
   return {u, left.v + static_cast<float>(offsets.at(u, left.v))};
 }
 
-// Place around `expected` at which the patch at `from` fits best and clearly better than elsewhere, to two pixels.
-std::optional<Place> searched(const Grey& before, Place from, const Grey& image, Place expected, int columns,
-                              int rows) {
-  const int u0{rounded(from.u)};
-  const int v0{rounded(from.v)};
-  if (!holds_patch(before, u0, v0)) return std::nullopt;
+// Place around `expected` at which the patch fits best and clearly better than elsewhere, to two pixels.
+std::optional<Place> searched(const ScaledPatch& patch, const Grey& image, Place expected, int columns, int rows) {
   int best{std::numeric_limits<int>::max()};
   int other{best};
   Place place;
@@ -106,13 +157,13 @@ std::optional<Place> searched(const Grey& before, Place from, const Grey& image,
   for (int v{rounded(expected.v) - rows}; v <= rounded(expected.v) + rows; v += 2) {
     for (int u{rounded(expected.u) - columns}; u <= rounded(expected.u) + columns; u += 2) {
       if (!holds_patch(image, u, v)) continue;
-      const int now{difference(before, u0, v0, image, u, v)};
+      const int now{difference(patch.grey(), ScaledPatch::centre_u, ScaledPatch::centre_v, image, u, v)};
       const bool is_elsewhere{std::abs(u - best_u) > same_place_px};
       if (now < best) {
         if (is_elsewhere) other = best;
         best = now;
         best_u = u;
-        place = {from.u + static_cast<float>(u - u0), from.v + static_cast<float>(v - v0)};
+        place = {static_cast<float>(u), static_cast<float>(v)};
       } else if (is_elsewhere && now < other) {
         other = now;
       }
@@ -130,6 +181,8 @@ SceneFlow::SceneFlow(const Rig& rig)
       blocks_across_{(rig.width_px + block_px - 1) / block_px},
       blocks_down_{(rig.height_px + block_px - 1) / block_px},
       left_before_{rig.width_px, rig.height_px},
+      left_{rig.width_px, rig.height_px},
+      right_{rig.width_px, rig.height_px},
       is_taken_(static_cast<std::size_t>(blocks_across_) * static_cast<std::size_t>(blocks_down_)),
       candidates_(is_taken_.size()) {
   points_.reserve(points_reserved());
@@ -142,24 +195,23 @@ Point2 SceneFlow::in_vehicle(Place left, double disparity) const {
 }
 
 // A point that has been seen once may have moved far: where it is not, as if it stood, it is searched.
-std::optional<Place> SceneFlow::in_left(const Point& point, const Template& patch, Place expected,
-                                        const FlowFrame& frame) const {
-  const std::optional<Place> found{find(frame.left, patch, 0, expected, find_steps)};
+std::optional<Place> SceneFlow::in_left(const Point& point, const ScaledPatch& patch, Place expected,
+                                        double dt_s) const {
+  const std::optional<Place> found{find(left_.view(), patch.pixels(), 0, expected, find_limits)};
   if (found || point.sightings > 1) return found;
-  const int columns{searched_columns(frame.dt_s, point.disparity / rig_.baseline_m)};
-  const std::optional<Place> start{
-      searched(left_before_.view(), point.left, frame.left, expected, columns, searched_rows)};
-  return start ? find(frame.left, patch, 0, *start, find_steps) : std::nullopt;
+  const int columns{searched_columns(dt_s, point.disparity / rig_.baseline_m)};
+  const std::optional<Place> start{searched(patch, left_.view(), expected, columns, searched_rows)};
+  return start ? find(left_.view(), patch.pixels(), 0, *start, find_limits) : std::nullopt;
 }
 
-std::optional<float> SceneFlow::disparity_of(const Point& point, const Template& patch, Place left, float expected,
+std::optional<float> SceneFlow::disparity_of(const Point& point, const ScaledPatch& patch, Place left, float expected,
                                              const FlowFrame& frame) const {
   const Place start{in_right(left, expected, frame.row_offsets)};
-  std::optional<Place> right{find(frame.right, patch, 0, start, find_steps)};
+  std::optional<Place> right{find(right_.view(), patch.pixels(), 0, start, find_limits)};
   if (!right && point.sightings == 1) {
     const int columns{searched_columns(frame.dt_s, expected * expected / focal_baseline_pxm_)};
-    const std::optional<Place> better{searched(left_before_.view(), point.left, frame.right, start, columns, 0)};
-    if (better) right = find(frame.right, patch, 0, *better, find_steps);
+    const std::optional<Place> better{searched(patch, right_.view(), start, columns, 0)};
+    if (better) right = find(right_.view(), patch.pixels(), 0, *better, find_limits);
   }
   if (!right || std::abs(right->v - start.v) > row_error_max_px) return std::nullopt;
   return left.u - right->u;
@@ -167,8 +219,6 @@ std::optional<float> SceneFlow::disparity_of(const Point& point, const Template&
 
 bool SceneFlow::follow(int i, const FlowFrame& frame) {
   Point& point{points_[static_cast<std::size_t>(i)]};
-  Template patch;
-  if (!cut(left_before_.view(), point.left, 0, patch)) return false;
   const Point2 last{point.latest[0].place};
   const Point2 at{inverse(frame.world_from_vehicle) *
                   Point2{last.x + point.velocity.x * frame.dt_s, last.y + point.velocity.y * frame.dt_s}};
@@ -178,7 +228,9 @@ bool SceneFlow::follow(int i, const FlowFrame& frame) {
   const auto centre_v = static_cast<float>(rig_.cy_px);
   const Place expected{static_cast<float>(rig_.cx_px - rig_.focal_px * at.y / at.x),
                        centre_v + (point.left.v - centre_v) * disparity / point.disparity};
-  const std::optional<Place> left{in_left(point, patch, expected, frame)};
+  ScaledPatch patch;
+  if (!patch.take(left_before_.view(), point.left, disparity / point.disparity)) return false;
+  const std::optional<Place> left{in_left(point, patch, expected, frame.dt_s)};
   if (!left) return false;
   const std::optional<float> found{disparity_of(point, patch, *left, disparity, frame)};
   if (!found || *found < disparity_min_px) return false;
@@ -258,15 +310,15 @@ std::optional<SceneFlow::Point> SceneFlow::candidate(int block, const FlowFrame&
        v += MatchLattice::step_v) {
     for (int u{lattice_pixel(first_u, MatchLattice::first_u, MatchLattice::step_u)}; u < first_u + block_px;
          u += MatchLattice::step_u) {
-      if (!holds_patch(frame.left, u, v) || !is_near(v, matches.obstacle(u, v))) continue;
-      const int here{texture(frame.left, u, v)};
+      if (!holds_patch(left_.view(), u, v) || !is_near(v, matches.obstacle(u, v))) continue;
+      const int here{texture(left_.view(), u, v)};
       if (here <= most) continue;
       most = here;
       best = {static_cast<float>(u), static_cast<float>(v)};
     }
   }
   Template patch;
-  if (most == 0 || !cut(frame.left, best, 0, patch) || !can_be_followed(patch)) return std::nullopt;
+  if (most == 0 || !cut(left_.view(), best, 0, patch) || !can_be_followed(patch)) return std::nullopt;
   return point_at(best, patch, frame, matches);
 }
 
@@ -280,18 +332,19 @@ bool SceneFlow::is_near(int v, float disparity) const {
 std::optional<SceneFlow::Point> SceneFlow::point_at(Place left, const Template& patch, const FlowFrame& frame,
                                                     const Matches& matches) const {
   const float matched{matches.obstacle(rounded(left.u), rounded(left.v))};
-  const std::optional<Place> right{find(frame.right, patch, 0, in_right(left, matched, frame.row_offsets), find_steps)};
+  const std::optional<Place> right{
+      find(right_.view(), patch, 0, in_right(left, matched, frame.row_offsets), find_limits)};
   if (!right || left.u - right->u < disparity_min_px) return std::nullopt;
   Point point{left, left.u - right->u, 1, {}, {}, 0, false};
   point.latest[0] = {now_s_, frame.world_from_vehicle * in_vehicle(left, point.disparity)};
   return point;
 }
 
-void SceneFlow::take_candidates(const FlowFrame& frame) {
+void SceneFlow::take_candidates() {
   for (const std::optional<Point>& point : candidates_) {
     if (point) points_.push_back(*point);
   }
-  for (int v{0}; v < frame.left.height; ++v) std::copy_n(frame.left.row(v), frame.left.width, left_before_.row(v));
+  std::swap(left_, left_before_);
 }
 
 }  // namespace stereogrid

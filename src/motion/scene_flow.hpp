@@ -11,6 +11,7 @@
 #include "held_bytes.hpp"
 #include "images/patch.hpp"
 #include "images/row_alignment/model.hpp"
+#include "images/smoothing.hpp"
 #include "matching/match_lattice.hpp"
 #include "matching/matches.hpp"
 #include "motion/symmetric2.hpp"
@@ -28,6 +29,9 @@ struct FlowVector {
   Symmetric2 velocity_covariance;  ///< m²/s²
 };
 
+/// A patch resampled for another distance, cut out of an image of its surroundings.
+class ScaledPatch;
+
 /// Input of scene flow for a frame: level images and their geometry.
 struct FlowFrame {
   View<const std::uint8_t> left;
@@ -38,7 +42,8 @@ struct FlowFrame {
 };
 
 /// Points of obstacles followed in both images through time: where each is on the ground, frame after frame, hence how
-/// it moves. Points with positions and velocities from stereo and time are "6D-Vision" (Franke et al. 2005; Rabe 2011);
+/// it moves. It works on smoothed images: noise and the interpolation between pixels pull displacements towards whole
+/// pixels. Points with positions and velocities from stereo and time are "6D-Vision" (Franke et al. 2005; Rabe 2011);
 /// here a velocity is the slope of a straight line through the latest positions. One implementation serves every back
 /// end: it reads some hundred patches.
 class SceneFlow {
@@ -50,21 +55,25 @@ class SceneFlow {
   template <class ForRanges>
   void follow(const FlowFrame& frame, const ForRanges& for_ranges) {
     now_s_ += frame.dt_s;
+    for_ranges(left_.height(), [&](int begin, int end) {
+      smooth_rows(frame.left, begin, end, left_.view());
+      smooth_rows(frame.right, begin, end, right_.view());
+    });
     for_ranges(static_cast<int>(points_.size()), [&](int begin, int end) {
       for (int i{begin}; i < end; ++i) points_[static_cast<std::size_t>(i)].is_lost = !follow(i, frame);
     });
     collect(frame);
   }
 
-  /// Takes new points where the frame's matches are obstacles and no point is yet. Reads `matches` at the pixels of
-  /// MatchLattice.
+  /// Takes new points where the matches of the frame followed last are obstacles and no point is yet. Reads `matches`
+  /// at the pixels of MatchLattice.
   template <class ForRanges>
   void add_points(const FlowFrame& frame, const Matches& matches, const ForRanges& for_ranges) {
     mark_taken();
     for_ranges(blocks_across_ * blocks_down_, [&](int begin, int end) {
       for (int i{begin}; i < end; ++i) candidates_[static_cast<std::size_t>(i)] = candidate(i, frame, matches);
     });
-    take_candidates(frame);
+    take_candidates();
   }
 
   /// Drops all points: the next frame has none to track.
@@ -77,7 +86,7 @@ class SceneFlow {
   [[nodiscard]] std::size_t points_reserved() const { return 2 * candidates_.size(); }
 
   [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(left_before_, points_, vectors_, is_taken_, candidates_);
+    return held_bytes_of(left_before_, left_, right_, points_, vectors_, is_taken_, candidates_);
   }
 
   template <class State>
@@ -110,10 +119,10 @@ class SceneFlow {
 
   bool follow(int i, const FlowFrame& frame);
   void sight(Point& point, Place left, float disparity, Point2 place) const;
-  [[nodiscard]] std::optional<Place> in_left(const Point& point, const Template& patch, Place expected,
-                                             const FlowFrame& frame) const;
-  [[nodiscard]] std::optional<float> disparity_of(const Point& point, const Template& patch, Place left, float expected,
-                                                  const FlowFrame& frame) const;
+  [[nodiscard]] std::optional<Place> in_left(const Point& point, const ScaledPatch& patch, Place expected,
+                                             double dt_s) const;
+  [[nodiscard]] std::optional<float> disparity_of(const Point& point, const ScaledPatch& patch, Place left,
+                                                  float expected, const FlowFrame& frame) const;
   [[nodiscard]] Point2 in_vehicle(Place left, double disparity) const;
   [[nodiscard]] FlowVector vector_of(const Point& point, const Pose2& world_from_vehicle) const;
   [[nodiscard]] std::optional<Point> candidate(int block, const FlowFrame& frame, const Matches& matches) const;
@@ -122,7 +131,7 @@ class SceneFlow {
                                               const Matches& matches) const;
   void collect(const FlowFrame& frame);
   void mark_taken();
-  void take_candidates(const FlowFrame& frame);
+  void take_candidates();
 
   Rig rig_;
   double focal_baseline_pxm_;
@@ -130,6 +139,8 @@ class SceneFlow {
   int blocks_down_;
   double now_s_{0};
   Image<std::uint8_t> left_before_;
+  Image<std::uint8_t> left_;
+  Image<std::uint8_t> right_;
   std::vector<Point> points_;
   std::vector<FlowVector> vectors_;
   std::vector<std::uint8_t> is_taken_;            ///< by block: contains a point

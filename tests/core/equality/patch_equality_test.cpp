@@ -74,9 +74,9 @@ TEST(PatchEquality, OnEveryInstructionSet) {
       ++cut_out;
       expect_equal(expected, actual);
       const Place start{at.u + random.between(-2, 2), at.v + random.between(-2, 2)};
-      const int steps{static_cast<int>(random.generator() % 6)};
-      const std::optional<Place> there{plain::find(part_of(image), expected, shear, start, steps)};
-      const std::optional<Place> found{find(part_of(image), actual, shear, start, steps)};
+      const FindLimits limits{static_cast<int>(random.generator() % 6)};
+      const std::optional<Place> there{plain::find(part_of(image), expected, shear, start, limits)};
+      const std::optional<Place> found{find(part_of(image), actual, shear, start, limits)};
       ASSERT_EQ(there.has_value(), found.has_value());
       if (!there) continue;
       ++found_again;

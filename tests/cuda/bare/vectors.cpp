@@ -40,8 +40,9 @@ void flag_surfaces(const float* obstacle, const float* road, const float* above,
 bool cut(View<const std::uint8_t> image, Place place, float shear, Template& patch) {
   return plain::cut(image, place, shear, patch);
 }
-std::optional<Place> find(View<const std::uint8_t> image, const Template& patch, float shear, Place start, int steps) {
-  return plain::find(image, patch, shear, start, steps);
+std::optional<Place> find(View<const std::uint8_t> image, const Template& patch, float shear, Place start,
+                          FindLimits limits) {
+  return plain::find(image, patch, shear, start, limits);
 }
 
 void find_upright(const float* row, int width, int begin, int end, const UprightRow& limits, UprightPixels& pixels) {

@@ -32,7 +32,7 @@ TEST(Patch, IsFoundToAFractionOfAPixel) {
   for (const Place at : {Place{30, 20}, Place{41.25f, 25.5f}, Place{50.7f, 30.1f}}) {
     Template patch;
     ASSERT_TRUE(cut(first.view(), at, 0, patch));
-    const std::optional<Place> found{find(second.view(), patch, 0, at, 5)};
+    const std::optional<Place> found{find(second.view(), patch, 0, at, {5})};
     ASSERT_TRUE(found);
     EXPECT_NEAR(found->u, at.u + 1.3, 0.05);
     EXPECT_NEAR(found->v, at.v - 0.6, 0.05);

@@ -97,6 +97,31 @@ TEST(SceneFlow, WhatStandsStandsForADrivingCamera) {
   EXPECT_NEAR(median(flow.vectors(), &Point2::y), 0, 0.15);
 }
 
+// Its texture grows by a sixth in a frame.
+TEST(SceneFlow, FollowsAnOncomingCar) {
+  Street street{{16, 0}, {-8, 0}, 8};
+  SceneFlow flow{street.rig};
+  for (int i{0}; i < 5; ++i) street.step(flow);
+  EXPECT_GT(flow.vectors().size(), 40u);
+  EXPECT_NEAR(median(flow.vectors(), &Point2::x), -8, 0.2);
+}
+
+TEST(SceneFlow, SmoothsByTheBinomial) {
+  Image<std::uint8_t> image{600, 5, 32};
+  image(255, 2) = 48;
+  image(599, 4) = 80;
+  Image<std::uint8_t> smoothed{600, 5};
+  smooth_rows(image.view(), 0, 3, smoothed.view());
+  smooth_rows(image.view(), 3, 5, smoothed.view());
+  EXPECT_EQ(smoothed(255, 2), 36);
+  EXPECT_EQ(smoothed(256, 2), 34);
+  EXPECT_EQ(smoothed(254, 1), 33);
+  EXPECT_EQ(smoothed(255, 3), 34);
+  EXPECT_EQ(smoothed(0, 0), 32);
+  EXPECT_EQ(smoothed(599, 4), 59);  // the border repeats: 9 of 16 parts
+  EXPECT_EQ(smoothed(598, 3), 35);
+}
+
 TEST(SceneFlow, IsLessSureAlongTheRayAndAtFirst) {
   Street street{{12, 0}, {0, 0}};
   SceneFlow flow{street.rig};
