@@ -32,7 +32,7 @@ constexpr double nearest_m{1};
 constexpr float disparity_min_px{1};
 
 /// Smoothed patches have less noise than others.
-constexpr FindLimits find_limits{5, 0.125};
+constexpr FindLimits find_limits{5, 0.15};
 constexpr double speed_max_mps{45};
 /// New points are searched as far as this speed takes them.
 constexpr double searched_speed_mps{10};
