@@ -8,7 +8,8 @@
 #include "hwy/highway.h"
 #include "matching/surfaces_simd.hpp"
 
-#include <algorithm>
+#include <cstddef>
+#include <cstdint>
 
 HWY_BEFORE_NAMESPACE();
 namespace stereogrid {
@@ -17,11 +18,17 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
+template <class D, class Mask>
+HWY_INLINE std::uint64_t bits_of(D d, Mask pixels) {
+  std::uint8_t bytes[8]{};
+  hn::StoreMaskBits(d, pixels, bytes);
+  return bytes[0] | static_cast<std::uint64_t>(bytes[1]) << 8;
+}
+
 void FlagSurfaces(const float* obstacle, const float* road, const float* above, int width, float* labelled,
-                  std::uint8_t* flags) {
+                  SurfaceBits& bits) {
+  constexpr int word{64};
   const hn::CappedTag<float, 16> df;
-  const hn::Rebind<std::int32_t, decltype(df)> d32;
-  const hn::Rebind<std::uint8_t, decltype(df)> d8;
   const int lanes{static_cast<int>(hn::Lanes(df))};
   const auto zero = hn::Zero(df);
   int u{0};
@@ -29,19 +36,25 @@ void FlagSurfaces(const float* obstacle, const float* road, const float* above, 
     hn::StoreU(hn::Sub(hn::LoadU(df, obstacle + u), hn::LoadU(df, road + u)), df, labelled + u);
   }
   for (; u < width; ++u) labelled[u] = obstacle[u] - road[u];
-  for (u = 0; u < width; u += lanes) {
-    const auto here = hn::LoadU(df, labelled + u);
-    const auto flag = [&](auto condition, std::uint8_t bit) {
-      return hn::IfThenElseZero(hn::RebindMask(d32, condition), hn::Set(d32, std::int32_t{bit}));
-    };
-    const auto continues = [&](auto neighbour) {
-      const auto is_near = hn::Le(hn::Abs(hn::Sub(here, neighbour)), hn::Set(df, 1.0f));
-      return hn::And(is_near, hn::Gt(hn::Mul(here, neighbour), zero));  // signs are labels
-    };
-    const auto all = hn::Or(flag(hn::Ne(here, zero), is_measured),
-                            hn::Or(flag(continues(hn::LoadU(df, labelled + u - 1)), continues_left),
-                                   flag(continues(hn::LoadU(df, above + u)), continues_above)));
-    hn::StoreU(hn::DemoteTo(d8, all), d8, flags + u);
+  for (int begin{0}; begin <= width; begin += word) {
+    std::uint64_t measured{0};
+    std::uint64_t left{0};
+    std::uint64_t up{0};
+    for (int i{0}; i < word; i += lanes) {
+      const float* const at{labelled + begin + i};
+      const auto here = hn::LoadU(df, at);
+      const auto continues = [&](auto neighbour) HWY_ATTR {
+        const auto is_near = hn::Le(hn::Abs(hn::Sub(here, neighbour)), hn::Set(df, 1.0f));
+        return bits_of(df, hn::And(is_near, hn::Gt(hn::Mul(here, neighbour), zero)));  // signs are labels
+      };
+      measured |= bits_of(df, hn::Ne(here, zero)) << i;
+      left |= continues(hn::LoadU(df, at - 1)) << i;
+      up |= continues(hn::LoadU(df, above + begin + i)) << i;
+    }
+    const std::size_t w{static_cast<std::size_t>(begin / word)};
+    bits.is_measured[w] = measured;
+    bits.continues_left[w] = left;
+    bits.continues_above[w] = up;
   }
 }
 
@@ -56,8 +69,8 @@ namespace stereogrid {
 HWY_EXPORT(FlagSurfaces);
 
 void flag_surfaces(const float* obstacle, const float* road, const float* above, int width, float* labelled,
-                   std::uint8_t* flags) {
-  HWY_DYNAMIC_DISPATCH(FlagSurfaces)(obstacle, road, above, width, labelled, flags);
+                   SurfaceBits& bits) {
+  HWY_DYNAMIC_DISPATCH(FlagSurfaces)(obstacle, road, above, width, labelled, bits);
 }
 
 }  // namespace stereogrid

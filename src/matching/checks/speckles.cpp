@@ -3,22 +3,24 @@
 #include "matching/checks/speckles.hpp"
 
 #include <algorithm>
-#include <cstring>
+#include <bit>
 #include <utility>
-
-#include "matching/surfaces_simd.hpp"
 
 namespace stereogrid {
 namespace {
 
-constexpr std::size_t padding{64};
+constexpr int word{64};
+constexpr std::size_t padding{word};
 
-// True if these bits are set in all eight flags from here on.
-bool all_are(const std::uint8_t* flags, std::uint8_t mask, std::uint8_t wanted) {
-  std::uint64_t eight{0};
-  std::memcpy(&eight, flags, sizeof eight);
-  constexpr std::uint64_t each{0x0101010101010101u};
-  return (eight & mask * each) == wanted * each;
+// Calls work(u) for each bit of a row's word `w`.
+template <class Work>
+void for_bits(std::uint64_t bits, std::size_t w, const Work& work) {
+  for (; bits != 0; bits &= bits - 1) work(static_cast<int>(w) * word + std::countr_zero(bits));
+}
+
+// Bits of a row's word `w`, each one pixel to the right.
+std::uint64_t moved_right(const std::vector<std::uint64_t>& bits, std::size_t w) {
+  return bits[w] << 1 | (w == 0 ? 0 : bits[w - 1] >> (word - 1));
 }
 
 }  // namespace
@@ -32,7 +34,8 @@ Speckles::Speckles(int width, int height, int bands)
   for (Band& band : bands_) {
     band.labelled.resize(static_cast<std::size_t>(width) + 1 + padding);
     band.labelled_above = band.labelled;
-    band.flags.resize(static_cast<std::size_t>(width) + padding);
+    band.continues_left_above.resize(static_cast<std::size_t>(width / word + 1));
+    band.bits = {band.continues_left_above, band.continues_left_above, band.continues_left_above};
   }
 }
 
@@ -58,43 +61,44 @@ void Speckles::join(int a, int b) {
 
 void Speckles::flag_row(int v, const Matches& matches, Band& band) const {
   std::swap(band.labelled, band.labelled_above);
+  std::swap(band.bits.continues_left, band.continues_left_above);
   flag_surfaces(matches.obstacle.row(v), matches.road.row(v), band.labelled_above.data() + 1, width_,
-                band.labelled.data() + 1, band.flags.data());
+                band.labelled.data() + 1, band.bits);
 }
 
 void Speckles::find_runs(int v, Band& band) {
-  constexpr std::uint8_t in_run{is_measured | continues_left};
-  const std::uint8_t* flags{band.flags.data()};
-  Run* runs{runs_.get()};
-  band.last_row.first = band.all.end;
-  int u{0};
-  while (u < width_) {
-    while (u + 8 <= width_ && all_are(flags + u, is_measured, 0)) u += 8;
-    while (u < width_ && (flags[u] & is_measured) == 0) ++u;
-    if (u >= width_) break;
-    const int begin{u++};
-    while (u + 8 <= width_ && all_are(flags + u, in_run, in_run)) u += 8;
-    while (u < width_ && (flags[u] & continues_left) != 0) ++u;
-    runs[band.all.end++] = {v, begin, u, begin - u};
+  const SurfaceBits& bits{band.bits};
+  Run* const runs{runs_.get()};
+  int begun{band.all.end};
+  int ended{begun};
+  for (std::size_t w{0}; w < bits.is_measured.size(); ++w) {
+    const std::uint64_t alone{~bits.continues_left[w]};
+    for_bits(bits.is_measured[w] & alone, w, [&](int u) { runs[begun++] = {v, u, u, 0}; });
+    for_bits(moved_right(bits.is_measured, w) & alone, w, [&](int u) {
+      Run& run{runs[ended++]};
+      run.end = u;
+      run.parent = run.begin - u;
+    });
   }
-  band.last_row.end = band.all.end;
+  band.last_row = {band.all.end, ended};
+  band.all.end = ended;
 }
 
-// Runs that overlap belong together if a pixel of the overlap continues the one above.
-void Speckles::join_rows(Runs above, Runs here, const std::vector<std::uint8_t>& flags) {
-  const Run* runs{runs_.get()};
+// Runs belong together if a pixel of one continues that of the other above it: the first of such pixels says so for
+// those after it.
+void Speckles::join_rows(Runs above, Runs here, const Band& band) {
+  const SurfaceBits& bits{band.bits};
+  const Run* const runs{runs_.get()};
   int a{above.first};
   int h{here.first};
-  while (a < above.end && h < here.end) {
-    const int begin{std::max(runs[a].begin, runs[h].begin)};
-    const int end{std::min(runs[a].end, runs[h].end)};
-    const auto continues = [](std::uint8_t flag) { return (flag & continues_above) != 0; };
-    if (begin < end && std::any_of(flags.begin() + begin, flags.begin() + end, continues)) join(h, a);
-    if (runs[a].end <= runs[h].end) {
-      ++a;
-    } else {
-      ++h;
-    }
+  for (std::size_t w{0}; w < bits.continues_above.size(); ++w) {
+    const std::uint64_t later{moved_right(bits.continues_above, w) & bits.continues_left[w] &
+                              band.continues_left_above[w]};
+    for_bits(bits.continues_above[w] & ~later, w, [&](int u) {
+      while (runs[a].end <= u) ++a;
+      while (runs[h].end <= u) ++h;
+      join(h, a);
+    });
   }
 }
 
@@ -109,7 +113,7 @@ void Speckles::find_patches(int band, int begin, int end, const Matches& matches
     flag_row(v, matches, here);
     find_runs(v, here);
     if (v == begin) here.first_row = here.last_row;
-    join_rows(v == begin ? Runs{} : above, here.last_row, here.flags);
+    if (v > begin) join_rows(above, here.last_row, here);
   }
 }
 
@@ -120,20 +124,23 @@ void Speckles::join_bands(const Matches& matches) {
     if (above != nullptr) {
       flag_row(band.begin_row - 1, matches, band);
       flag_row(band.begin_row, matches, band);
-      join_rows(above->last_row, band.first_row, band.flags);
+      join_rows(above->last_row, band.first_row, band);
     }
     above = &band;
   }
 }
 
 void Speckles::remove_small(int band, const SpeckleSizes& smallest, Matches& matches) const {
+  const int largest{std::max(smallest.obstacle_px, smallest.road_px)};
   const Runs all{bands_[static_cast<std::size_t>(band)].all};
   for (int run{all.first}; run < all.end; ++run) {
     int patch{run};
     while (runs_[patch].parent >= 0) patch = runs_[patch].parent;
+    const int pixels{-runs_[patch].parent};
+    if (pixels >= largest) continue;
     const Run& small{runs_[run]};
     const bool is_obstacle{matches.obstacle(small.begin, small.row) > 0};
-    if (-runs_[patch].parent >= (is_obstacle ? smallest.obstacle_px : smallest.road_px)) continue;
+    if (pixels >= (is_obstacle ? smallest.obstacle_px : smallest.road_px)) continue;
     for (auto* image : {&matches.road, &matches.obstacle, &matches.confidence}) {
       std::fill(image->row(small.row) + small.begin, image->row(small.row) + small.end, 0.0f);
     }

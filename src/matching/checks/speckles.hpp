@@ -9,6 +9,7 @@
 
 #include "held_bytes.hpp"
 #include "matching/matches.hpp"
+#include "matching/surfaces_simd.hpp"
 
 namespace stereogrid {
 
@@ -53,14 +54,18 @@ class Speckles {
     int end_row{0};
     Runs all, first_row, last_row;
     std::vector<float> labelled, labelled_above;  ///< rows of flag_surfaces
-    std::vector<std::uint8_t> flags;
+    SurfaceBits bits;
+    std::vector<std::uint64_t> continues_left_above;  ///< the row above's
 
-    [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(labelled, labelled_above, flags); }
+    [[nodiscard]] std::size_t held_bytes() const {
+      return held_bytes_of(labelled, labelled_above, bits.is_measured, bits.continues_left, bits.continues_above,
+                           continues_left_above);
+    }
   };
 
   void flag_row(int v, const Matches& matches, Band& band) const;
   void find_runs(int v, Band& band);
-  void join_rows(Runs above, Runs here, const std::vector<std::uint8_t>& flags);
+  void join_rows(Runs above, Runs here, const Band& band);
   int find(int run);
   void join(int a, int b);
 

@@ -24,16 +24,22 @@ int correlate_border(Shifts upright) {
 }
 
 void flag_surfaces(const float* obstacle, const float* road, const float* above, int width, float* labelled,
-                   std::uint8_t* flags) {
+                   SurfaceBits& bits) {
+  for (auto* words : {&bits.is_measured, &bits.continues_left, &bits.continues_above}) {
+    std::fill(words->begin(), words->end(), 0);
+  }
   for (int u{0}; u < width; ++u) labelled[u] = obstacle[u] - road[u];
   for (int u{0}; u < width; ++u) {
     const float here{labelled[u]};
     const auto continues = [&](float neighbour) {
       return std::abs(here - neighbour) <= 1.0f && here * neighbour > 0;  // signs are labels
     };
-    flags[u] =
-        static_cast<std::uint8_t>((here != 0 ? is_measured : 0) | (continues(labelled[u - 1]) ? continues_left : 0) |
-                                  (continues(above[u]) ? continues_above : 0));
+    const auto set = [&](std::vector<std::uint64_t>& words, bool bit) {
+      words[static_cast<std::size_t>(u) / 64] |= static_cast<std::uint64_t>(bit) << u % 64;
+    };
+    set(bits.is_measured, here != 0);
+    set(bits.continues_left, continues(labelled[u - 1]));
+    set(bits.continues_above, continues(above[u]));
   }
 }
 
