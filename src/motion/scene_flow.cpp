@@ -97,12 +97,17 @@ class ScaledPatch {
       return first(at, centre) >= 0 && at + step * static_cast<float>(centre) < static_cast<float>(size - 1);
     };
     if (!is_inside(place.u, centre_u, image.width) || !is_inside(place.v, centre_v, image.height)) return false;
+    std::array<Between, columns> across;
+    for (int i{0}; i < columns; ++i) {
+      across[static_cast<std::size_t>(i)] = Between{first(place.u, centre_u) + step * static_cast<float>(i)};
+    }
     std::uint8_t* out{grey_.data()};
     for (int j{0}; j < rows; ++j) {
-      const float v{first(place.v, centre_v) + step * static_cast<float>(j)};
-      for (int i{0}; i < columns; ++i) {
-        *out++ = static_cast<std::uint8_t>(
-            between(image, {first(place.u, centre_u) + step * static_cast<float>(i), v}) + 0.5f);
+      const Between down{first(place.v, centre_v) + step * static_cast<float>(j)};
+      const std::uint8_t* const row{image.row(down.pixel)};
+      const std::uint8_t* const next{row + image.pitch};
+      for (const Between& u : across) {
+        *out++ = static_cast<std::uint8_t>(down.of(u.of(row), u.of(next)) + 0.5f);
       }
     }
     return cut(grey(), {centre_u, centre_v}, 0, pixels_);
@@ -114,19 +119,17 @@ class ScaledPatch {
   static constexpr int columns{2 * centre_u};
   static constexpr int rows{2 * centre_v + 1};
 
-  // Grey level between four pixels.
-  static float between(const Grey& image, Place place) {
-    const auto column = static_cast<int>(place.u);
-    const auto row = static_cast<int>(place.v);
-    const float share_next{place.u - static_cast<float>(column)};
-    const float share_below{place.v - static_cast<float>(row)};
-    const auto in_row = [&](int of) {
-      const std::uint8_t* const grey{image.row(of) + column};
-      return static_cast<float>(grey[0]) + share_next * static_cast<float>(grey[1] - grey[0]);
-    };
-    const float above{in_row(row)};
-    return above + share_below * (in_row(row + 1) - above);
-  }
+  /// A position between two pixels of a row or of a column.
+  struct Between {
+    Between() = default;
+    explicit Between(float at) : pixel{static_cast<int>(at)}, share_next{at - static_cast<float>(pixel)} {}
+
+    [[nodiscard]] float of(float grey, float next) const { return grey + share_next * (next - grey); }
+    [[nodiscard]] float of(const std::uint8_t* row) const { return of(row[pixel], row[pixel + 1]); }
+
+    int pixel{0};
+    float share_next{0};
+  };
 
   std::array<std::uint8_t, static_cast<std::size_t>(columns) * rows> grey_;
   Template pixels_;
