@@ -84,8 +84,8 @@ void Speckles::find_runs(int v, Band& band) {
   band.all.end = ended;
 }
 
-// Runs belong together if a pixel of one continues that of the other above it: the first of such pixels says so for
-// those after it.
+// Runs belong together if a pixel of one continues that of the other above it. Of such pixels of a pair, which often
+// follow each other, the first one is enough.
 void Speckles::join_rows(Runs above, Runs here, const Band& band) {
   const SurfaceBits& bits{band.bits};
   const Run* const runs{runs_.get()};
