@@ -175,7 +175,9 @@ def signals(folder: Path):
         assert code == 75, f"exit code {code} after SIGTERM"
         stops += 1
         assert status(plan)["to_do"] in ("", "0")
-        assert next((plan / "work").rglob("state.npz"), None), "no state was saved"
+        # the last frame may have come before the signal
+        is_done = status(plan)["done"] == 1
+        assert is_done or next((plan / "work").rglob("state.npz"), None), "no state was saved"
     assert 2 <= stops < 100, f"{stops} stops"
     print(f"stopped {stops} times")
     expect_equal(merged(plan), reference)
