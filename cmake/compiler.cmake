@@ -54,7 +54,7 @@ if(STEREOGRID_SANITIZE MATCHES thread)
   # in place of oneTBB's headers, which hide their synchronisation from the sanitizer
   foreach(header blocked_range info parallel_for task_arena)
     foreach(folder tbb oneapi/tbb)
-      configure_file(${PROJECT_SOURCE_DIR}/tests/tsan/tbb.hpp ${PROJECT_BINARY_DIR}/tsan/${folder}/${header}.h COPYONLY)
+      configure_file(${PROJECT_SOURCE_DIR}/tests/tbb.hpp ${PROJECT_BINARY_DIR}/tsan/${folder}/${header}.h COPYONLY)
     endforeach()
   endforeach()
   include_directories(BEFORE ${PROJECT_BINARY_DIR}/tsan)

@@ -22,7 +22,7 @@ includes=$(pkg-config --variable=includedir libhwy)
 ln -sfn "$includes/hwy" "$out/include/hwy"
 ln -sfn "$includes/gtest" "$out/include/gtest"
 for header in blocked_range info parallel_for task_arena; do
-  ln -sfn "$PWD/tests/neon/tbb.hpp" "$out/include/oneapi/tbb/$header.h"
+  ln -sfn "$PWD/tests/tbb.hpp" "$out/include/oneapi/tbb/$header.h"
 done
 ln -sfn oneapi/tbb "$out/include/tbb"
 googletest=/usr/src/googletest/googletest

@@ -5,7 +5,7 @@
 # All tests, the slow ones too, under the address and undefined-behaviour sanitizers, then under the thread sanitizer.
 # Takes the better part of an hour on two cores. Arguments go to ctest, e.g. scripts/sanitizers.sh -R chain
 #
-# Under the thread sanitizer loops run on the threads of tests/tsan/tbb.hpp, since oneTBB is not instrumented.
+# Under the thread sanitizer loops run on the threads of tests/tbb.hpp, since oneTBB is not instrumented.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)

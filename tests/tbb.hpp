@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Subset of oneTBB for this project, on plain threads. The thread sanitizer does not cover the synchronisation of a
-// library that it has not compiled, and would report every loop as a race. Results are equal.
+// Subset of oneTBB for this project, on plain threads: for ARM without the library, and for the thread sanitizer, which
+// does not cover the synchronisation of a library that it has not compiled, and would report every loop as a race.
+// Results are equal.
 #pragma once
 
 #include <algorithm>
