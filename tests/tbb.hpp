@@ -14,7 +14,6 @@
 #include <list>
 #include <mutex>
 #include <thread>
-#include <utility>
 #include <vector>
 
 namespace tbb {
@@ -57,12 +56,6 @@ class Pool {
     if (loop.failure) std::rethrow_exception(loop.failure);
   }
 
-  void enqueue(std::function<void()> task) {
-    const std::lock_guard lock{mutex_};
-    tasks_.push_back(std::move(task));
-    changed_.notify_all();
-  }
-
  private:
   Pool() {
     for (int i{1}; i < info::default_concurrency(); ++i) threads_.emplace_back([this] { help(); });
@@ -99,17 +92,8 @@ class Pool {
       const auto in_need = [](const Loop* loop) {
         return loop->next < loop->count && loop->helpers < loop->helpers_wanted;
       };
-      changed_.wait(lock,
-                    [&] { return ended_ || !tasks_.empty() || std::any_of(loops_.begin(), loops_.end(), in_need); });
+      changed_.wait(lock, [&] { return ended_ || std::any_of(loops_.begin(), loops_.end(), in_need); });
       if (ended_) return;
-      if (!tasks_.empty()) {
-        const std::function<void()> task{std::move(tasks_.front())};
-        tasks_.pop_front();
-        lock.unlock();
-        task();
-        lock.lock();
-        continue;
-      }
       Loop& loop{**std::find_if(loops_.begin(), loops_.end(), in_need)};
       ++loop.helpers;
       take_parts(loop, lock);
@@ -121,7 +105,6 @@ class Pool {
   std::mutex mutex_;
   std::condition_variable changed_;
   std::list<Loop*> loops_;
-  std::list<std::function<void()>> tasks_;
   bool ended_{false};
   std::vector<std::thread> threads_;
 };
@@ -175,8 +158,6 @@ class task_arena {
     here = threads_;
     work();
   }
-
-  static void enqueue(std::function<void()> task) { stand_in::Pool::instance().enqueue(std::move(task)); }
 
  private:
   struct Entered {

@@ -2,9 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereogrid/io/frame_queue.hpp"
 
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <atomic>
 #include <chrono>
 #include <thread>
@@ -177,24 +174,6 @@ TEST(FrameQueue, StopsEarly) {
     for (int i{0}; i < taken; ++i) static_cast<void>(queue.next());
   }
   EXPECT_LT(source.loads, 100U);
-}
-
-// As in Python's multiprocessing: oneTBB's threads stay in the parent.
-TEST(FrameQueue, NeedsNoThreadsInAForkedProcess) {
-  const SlowSource source{6};
-  FrameQueue before{source, 0, 6};
-  EXPECT_TRUE(before.next());
-  const pid_t child{::fork()};
-  if (child == 0) {
-    ::alarm(20);
-    FrameQueue queue{source, 0, 6, 4, 2};
-    std::size_t frames{0};
-    while (const auto item{queue.next()}) frames += item->index == frames ? 1 : 0;
-    ::_exit(frames == 6 ? 0 : 1);
-  }
-  int status{-1};
-  ASSERT_EQ(::waitpid(child, &status, 0), child);
-  EXPECT_EQ(status, 0);
 }
 
 }  // namespace

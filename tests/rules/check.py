@@ -60,7 +60,7 @@ ROOMS = (
     Room("src", ("include", "src"), r"(dlfcn|sys/auxv)\.h", r"src/pipeline/cuda_library\.cpp"),
     Room("src", ("include", "src"), "(?!)"),
     Room("odometry", ("include", "odometry/include", "odometry/src"), r"(opencv2|fmt)/.*"),
-    Room("io", ("include", "odometry/include", "io/include", "io/src"), r"(opencv2|webp|yaml-cpp|nlohmann|fmt|oneapi/tbb)/.*|isa-l\.h|(sys/)?\w+\.h"),
+    Room("io", ("include", "odometry/include", "io/include", "io/src"), r"(opencv2|webp|yaml-cpp|nlohmann|fmt)/.*|isa-l\.h|(sys/)?\w+\.h"),
     Room("messages", ("include", "messages/include", "messages/src"), "(?!)"),
     Room("mcap", ("include", "io/include", "mcap/include", "mcap/src"),
          r"(yaml-cpp|fmt)/.*|(sys/)?\w+\.h"),
@@ -80,7 +80,7 @@ ROOMS = (
     Room("apps", ("apps/stereogrid",), r"fmt/.*|openssl/evp\.h", r"apps/stereogrid/batch/sha256\.hpp"),
     Room("apps", ("include", "odometry/include", "io/include", "messages/include", "mcap/include", "server/include", "capture/include",
                   "rosbag/include", "dds/include", "scenes/include", "evaluation/include", "apps/stereogrid"),
-         r"(opencv2|nlohmann|fmt|spdlog|CLI|oneapi/tbb)/.*|(sys/)?\w+\.h"),
+         r"(opencv2|nlohmann|fmt|spdlog|CLI)/.*|(sys/)?\w+\.h"),
 )
 
 

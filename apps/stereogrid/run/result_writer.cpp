@@ -4,7 +4,6 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <oneapi/tbb/task_arena.h>
 
 #include <array>
 #include <cerrno>
@@ -13,6 +12,7 @@
 #include <exception>
 #include <mutex>
 #include <system_error>
+#include <thread>
 #include <utility>
 
 #include "locks/descriptor.hpp"
@@ -99,42 +99,28 @@ struct ResultWriter::State {
     if (options.page != nullptr) options.page->note(job.result, facts);
   }
 
-  /// Writes the frame that has waited longest, unless one is being written. The lock is released meanwhile.
-  void write_next(std::unique_lock<std::mutex>& lock) {
-    if (is_writing || jobs.empty() || failure) return;
-    is_writing = true;
-    Job job{std::move(jobs.front())};
-    jobs.pop_front();
-    lock.unlock();
-    std::exception_ptr caught;
-    try {
-      write_frame(job);
-    } catch (...) {
-      caught = std::current_exception();
-    }
-    lock.lock();
-    failure = caught;
-    written = std::move(job.result);
-    is_writing = false;
-    changed.notify_all();
-  }
-
-  /// Returns when at most `most` frames wait, or writing has failed.
-  void write_until(std::size_t most, std::unique_lock<std::mutex>& lock) {
-    while (!failure && jobs.size() > most) {
-      write_next(lock);
-      changed.wait(lock, [this, most] { return failure || jobs.size() <= most || !is_writing; });
-    }
-  }
-
-  void start_task() {
-    if (std::exchange(has_task, true)) return;
-    arena.enqueue([this] {
-      std::unique_lock lock{mutex};
-      while (!is_writing && !failure && !jobs.empty()) write_next(lock);
-      has_task = false;
+  void work() {
+    std::unique_lock lock{mutex};
+    for (;;) {
+      changed.wait(lock, [this] { return ended || !jobs.empty(); });
+      if (jobs.empty()) return;
+      Job job{std::move(jobs.front())};
+      jobs.pop_front();
       changed.notify_all();
-    });
+      lock.unlock();
+      std::exception_ptr caught;
+      try {
+        write_frame(job);
+      } catch (...) {
+        caught = std::current_exception();
+      }
+      lock.lock();
+      written = std::move(job.result);
+      if (!caught) continue;
+      failure = caught;
+      changed.notify_all();
+      return;
+    }
   }
 
   WriterOptions options;
@@ -147,32 +133,40 @@ struct ResultWriter::State {
   std::deque<Job> jobs;
   FrameResult written;  ///< the last one, until its memory is used again
   std::exception_ptr failure;
-  bool is_writing{false};
-  bool has_task{false};  ///< running, or to run once a thread of oneTBB is free
-  tbb::task_arena arena{tbb::task_arena::automatic};
+  bool ended{false};
+  std::thread thread;
 };
 
-ResultWriter::ResultWriter(WriterOptions options) : state_{std::make_unique<State>(std::move(options))} {}
+ResultWriter::ResultWriter(WriterOptions options) : state_{std::make_unique<State>(std::move(options))} {
+  state_->thread = std::thread{[this] { state_->work(); }};
+}
 
 ResultWriter::~ResultWriter() {
-  std::unique_lock lock{state_->mutex};
-  state_->jobs.clear();
-  state_->changed.wait(lock, [this] { return !state_->has_task; });
+  {
+    const std::lock_guard lock{state_->mutex};
+    state_->ended = true;
+    state_->jobs.clear();
+  }
+  state_->changed.notify_all();
+  if (state_->thread.joinable()) state_->thread.join();
 }
 
 FrameResult ResultWriter::write(StereoFrame frame, FrameResult result, std::optional<io::Checkpoint> checkpoint) {
   std::unique_lock lock{state_->mutex};
-  state_->write_until(capacity - 1, lock);
+  state_->changed.wait(lock, [this] { return state_->failure || state_->jobs.size() < capacity; });
   if (state_->failure) std::rethrow_exception(state_->failure);
   state_->jobs.push_back({std::move(frame), std::move(result), std::move(checkpoint)});
-  state_->start_task();
+  state_->changed.notify_all();
   return std::exchange(state_->written, {});
 }
 
 void ResultWriter::finish() {
-  std::unique_lock lock{state_->mutex};
-  state_->write_until(0, lock);
-  state_->changed.wait(lock, [this] { return !state_->is_writing; });
+  {
+    const std::lock_guard lock{state_->mutex};
+    state_->ended = true;
+  }
+  state_->changed.notify_all();
+  state_->thread.join();
   if (state_->failure) std::rethrow_exception(state_->failure);
   state_->lines->close();
   if (state_->video) state_->video->finish();

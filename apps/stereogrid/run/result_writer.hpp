@@ -31,9 +31,8 @@ struct WriterOptions {
   std::size_t first_frame{0};  ///< its place in the input
 };
 
-/// Writes the files of each frame in their order, while the pipeline processes the next ones: on oneTBB's threads, so
-/// that the pipeline's loops take no core from it. A frame's line in frames.jsonl comes last: frames with a line are
-/// complete.
+/// Writes the files of each frame on a thread of its own, in the order of the frames, while the pipeline processes the
+/// next ones. A frame's line in frames.jsonl comes last: frames with a line are complete.
 class ResultWriter {
  public:
   /// Makes the folders. Throws DeviceError.
@@ -43,7 +42,7 @@ class ResultWriter {
   /// Frames that wait are lost without finish().
   ~ResultWriter();
 
-  /// Writes some itself while too many frames wait. Throws what writing an earlier frame has thrown: DeviceError.
+  /// Waits while too many frames wait. Throws what writing an earlier frame has thrown: DeviceError.
   /// `checkpoint`: written once the frame is. Returns the result of a frame that is written, whose memory can be used
   /// again, or an empty one.
   FrameResult write(StereoFrame frame, FrameResult result, std::optional<io::Checkpoint> checkpoint = {});

@@ -24,17 +24,15 @@ struct QueuedFrame {
   std::string warning{};             ///< for the preparation to fill
 };
 
-/// Work on a loaded frame in the background, called for usable frames one after the other, in order. An
+/// Work on a loaded frame on the background threads, called for usable frames one after the other, in order. An
 /// InputError marks the frame as unusable.
 using Preparation = std::function<void(QueuedFrame&)>;
 
-/// Loads the next frames of a source while the consumer works on the ones before: on oneTBB's threads, so that the
-/// pipeline's loops take no core from it. Frames come out in order, whatever the number of threads. next() is for one
-/// consumer.
+/// Loads the next frames of a source on background threads while the consumer works on the ones before. Frames come out
+/// in order, whatever the number of threads. next() is for one consumer.
 class STEREOGRID_EXPORT FrameQueue {
  public:
-  /// Frames [first, last) of the source, which must outlive the queue; at most `capacity` are loaded ahead, `threads`
-  /// at a time.
+  /// Frames [first, last) of the source, which must outlive the queue; at most `capacity` are loaded ahead.
   FrameQueue(const FrameSource& source, std::size_t first, std::size_t last, std::size_t capacity = 4, int threads = 1,
              Preparation prepare = {});
   FrameQueue(const FrameQueue&) = delete;
@@ -45,14 +43,13 @@ class STEREOGRID_EXPORT FrameQueue {
   /// Waits for the next frame, but no longer than `time`. True: next() need not wait.
   [[nodiscard]] bool is_ready_within(std::chrono::milliseconds time);
 
-  /// The next frame; waits for it, or loads it if no thread has begun with it. None: the end. A frame that cannot be
-  /// used comes in its place with its error; exceptions other than InputError are thrown again here.
+  /// The next frame; waits for it. None: the end. A frame that cannot be used comes in its place with its error;
+  /// exceptions other than InputError are thrown again here.
   [[nodiscard]] std::optional<QueuedFrame> next();
 
  private:
   struct STEREOGRID_HIDDEN State;
-  void start_tasks();
-  std::shared_ptr<State> state_;
+  std::unique_ptr<State> state_;
 };
 
 }  // namespace stereogrid::io
