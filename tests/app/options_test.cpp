@@ -4,9 +4,7 @@
 // Options with values that make no sense, and signals that stop a run.
 #include <signal.h>
 
-#include <chrono>
 #include <fstream>
-#include <thread>
 
 #include "process.hpp"
 #include "support.hpp"
@@ -132,13 +130,6 @@ TEST(Options, HelpTellsEveryExitCode) {
 
 std::vector<std::string> long_run(const fs::path& out, const std::string& frames = ":") {
   return {"run", small_scene("street", "&frames=400"), "--out", out.string(), "--resume", "--frames", frames};
-}
-
-void wait_for_frames(const fs::path& run, std::size_t count) {
-  const auto deadline{std::chrono::steady_clock::now() + std::chrono::seconds{60}};
-  while (lines_of(run).size() < count && std::chrono::steady_clock::now() < deadline) {
-    std::this_thread::sleep_for(std::chrono::milliseconds{5});
-  }
 }
 
 TEST(Signals, LeaveWholeFramesAndARunThatGoesOn) {

@@ -5,9 +5,11 @@
 #include <sys/wait.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
+#include <thread>
 
 namespace stereogrid::app::testing {
 
@@ -71,6 +73,13 @@ std::vector<Json> lines_of(const fs::path& run, bool with_timing) {
     if (!with_timing) lines.back().erase("timing_ms");
   }
   return lines;
+}
+
+void wait_for_frames(const fs::path& run, std::size_t count) {
+  const auto deadline{std::chrono::steady_clock::now() + std::chrono::seconds{60}};
+  while (lines_of(run).size() < count && std::chrono::steady_clock::now() < deadline) {
+    std::this_thread::sleep_for(std::chrono::milliseconds{5});
+  }
 }
 
 std::vector<std::string> files_in(const fs::path& folder) {

@@ -52,6 +52,8 @@ std::string quoted(const std::string& word);
 [[nodiscard]] Json json_of(const fs::path& path);
 /// frames.jsonl of a run; `with_timing` false: without values that differ between two equal runs.
 [[nodiscard]] std::vector<Json> lines_of(const fs::path& run, bool with_timing = true);
+/// Waits, for a minute at most, until a run has written `count` frames.
+void wait_for_frames(const fs::path& run, std::size_t count);
 /// Names of the files in a folder, in order.
 [[nodiscard]] std::vector<std::string> files_in(const fs::path& folder);
 

@@ -4,25 +4,29 @@
 
 #include <spdlog/spdlog.h>
 
-#include <chrono>
+#include <algorithm>
+#include <utility>
 
 #include "cli/interrupt.hpp"
 
 namespace stereogrid::app {
 
-bool wait_for_frame(io::FrameQueue& queue, std::size_t index, int limit_s) {
+bool wait_for_frame(io::FrameQueue& queue, std::size_t index, std::chrono::seconds limit) {
   using Clock = std::chrono::steady_clock;
   constexpr std::chrono::milliseconds look_around{200};
   constexpr std::chrono::seconds long_wait{10};
+  constexpr std::chrono::seconds stop_wait{2};
   const Clock::time_point start{Clock::now()};
+  Clock::time_point end{start + limit};
   bool is_told{false};
+  bool is_stopped{false};
   while (!queue.is_ready_within(look_around)) {
-    if (interrupted() != 0) return true;
-    const auto waited{Clock::now() - start};
-    if (waited >= std::chrono::seconds{limit_s}) return false;
-    if (is_told || waited < long_wait) continue;
-    spdlog::warn("frame {} has not come for {} s: is the input's file system slow, or gone? Ctrl-C twice ends the run",
-                 index, long_wait.count());
+    const Clock::time_point now{Clock::now()};
+    if (interrupted() != 0 && !std::exchange(is_stopped, true)) end = std::min(end, now + stop_wait);
+    if (now >= end) return false;
+    if (is_told || now < start + long_wait) continue;
+    spdlog::warn("frame {} has not come for {} s: is the input's file system slow, or gone? Ctrl-C ends the run", index,
+                 long_wait.count());
     is_told = true;
   }
   return true;

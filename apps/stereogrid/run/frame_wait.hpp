@@ -2,14 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 
 #include "stereogrid/io/frame_queue.hpp"
 
 namespace stereogrid::app {
 
-/// Waits for the next frame of the queue, the input's frame `index`; logs a long wait, as on a lost network file
-/// system. True: the frame is available, or a stop was requested. False: not within `limit_s`.
-[[nodiscard]] bool wait_for_frame(io::FrameQueue& queue, std::size_t index, int limit_s);
+/// Waits for the next frame of the queue, the input's frame `index`, for `limit`, or two seconds after a stop was
+/// requested; logs a long wait, as on a lost network file system. False: it has not come.
+[[nodiscard]] bool wait_for_frame(io::FrameQueue& queue, std::size_t index, std::chrono::seconds limit);
 
 }  // namespace stereogrid::app

@@ -65,8 +65,8 @@ std::optional<capture::PreparedFrame> RunLoop::next() {
   progress_->update(next_ - first_to_write_);
   has_ended_ = interrupted() != 0;
   if (has_ended_) return std::nullopt;
-  if (!wait_for_frame(*queue_, next_, input_wait_s_)) give_up_waiting();
-  has_ended_ = !load();
+  if (!wait_for_frame(*queue_, next_, std::chrono::seconds{input_wait_s_})) give_up_waiting();
+  has_ended_ = interrupted() != 0 || !load();
   if (has_ended_ || !queued_.frame) return std::nullopt;
   capture::PreparedFrame prepared{.frame = std::move(*queued_.frame), .warning = queued_.warning};
   if (poses_.takes_time()) prepared.odometry_ms = queued_.prepared_ms;
@@ -108,9 +108,9 @@ void RunLoop::give_up_waiting() {
   writer_.finish();
   record_.save(false);
   write_error(
-      fmt::format("stereogrid: frame {} has not come within {} s: the file system of the input hangs, or is "
-                  "gone. Finished frames are complete; the same command with --resume continues.\n",
-                  next_, input_wait_s_));
+      fmt::format("stereogrid: frame {} has not come {}: the file system of the input hangs, or is gone. Finished "
+                  "frames are complete; the same command with --resume continues.\n",
+                  next_, interrupted() == 0 ? fmt::format("within {} s", input_wait_s_) : "before the stop"));
   std::_Exit(exit_try_again);
 }
 

@@ -214,6 +214,20 @@ TEST_F(Faults, AnInputThatHangsEndsTheRunAndItGoesOnLater) {
   expect_equal_runs(path("in_one_go"), path("hung"));
 }
 
+TEST_F(Faults, AStopDoesNotWaitForAnInputThatHangs) {
+  const fs::path drive{path("drive_that_hangs")};
+  run_well({"simulate", "scene:street?frames=8&width=160&height=96", "--out", drive.string(), "--no-truth"});
+  const fs::path out{path("stopped")};
+  Process process{
+      "env",
+      {"LD_PRELOAD=" STEREOGRID_FAULTS_LIBRARY, "STEREOGRID_FAULTS_HANG=" + (drive / "left" / "000005.png").string(),
+       STEREOGRID_TOOL, "run", drive.string(), "--out", out.string()}};
+  wait_for_frames(out, 5);
+  process.send(SIGTERM);
+  EXPECT_EQ(process.wait(), 75);
+  EXPECT_EQ(json_of(out / "run.json")["frames"]["done"], 5);
+}
+
 /// Kills runs at moments that the clock decides, until one gets to its end.
 void expect_to_survive_kills(const fs::path& whole, const fs::path& folder, int kills, unsigned seed) {
   std::mt19937 random{seed};
