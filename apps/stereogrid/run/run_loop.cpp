@@ -105,12 +105,17 @@ void RunLoop::deliver(capture::PreparedFrame& prepared, FrameResult& result) {
 
 // The thread that waits for the file system cannot be ended: the process is.
 void RunLoop::give_up_waiting() {
-  writer_.finish();
-  record_.save(false);
-  write_error(
-      fmt::format("stereogrid: frame {} has not come {}: the file system of the input hangs, or is gone. Finished "
-                  "frames are complete; the same command with --resume continues.\n",
-                  next_, interrupted() == 0 ? fmt::format("within {} s", input_wait_s_) : "before the stop"));
+  std::string reason{
+      fmt::format("frame {} has not come {}: the file system of the input hangs, or is gone. Finished frames are "
+                  "complete; the same command with --resume continues.",
+                  next_, interrupted() == 0 ? fmt::format("within {} s", input_wait_s_) : "before the stop")};
+  try {
+    writer_.finish();
+    record_.save(false);
+  } catch (const DeviceError& error) {  // the output's
+    reason = error.what();
+  }
+  write_error(fmt::format("stereogrid: {}\n", reason));
   std::_Exit(exit_try_again);
 }
 
