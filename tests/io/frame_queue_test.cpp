@@ -20,6 +20,7 @@ class SlowSource final : public FrameSource {
   [[nodiscard]] std::size_t size() const override { return count_; }
   [[nodiscard]] std::string name(std::size_t index) const override { return "f" + std::to_string(index); }
   [[nodiscard]] StereoFrame load(std::size_t index) const override {
+    ++begun;
     std::this_thread::sleep_for(std::chrono::milliseconds{index == 3 ? 20 : 1});
     while (index == held) std::this_thread::sleep_for(std::chrono::milliseconds{1});
     ++loads;
@@ -34,6 +35,7 @@ class SlowSource final : public FrameSource {
   std::size_t bad{1000};
   std::size_t broken{1000};
   std::atomic<std::size_t> held{1000};  ///< until it is another one
+  mutable std::atomic<std::size_t> begun{0};
   mutable std::atomic<std::size_t> loads{0};
 
  private:
@@ -71,6 +73,17 @@ TEST(FrameQueue, WaitsNoLongerThanItIsAllowedTo) {
   EXPECT_TRUE(queue.is_ready_within(milliseconds{10'000}));
   EXPECT_EQ(queue.next()->index, 1U);
   EXPECT_TRUE(queue.is_ready_within(milliseconds{0})) << "the end is known";
+}
+
+TEST(FrameQueue, StopsOnceTheFrameInWorkIsLoaded) {
+  SlowSource source{5};
+  source.held = 0;
+  FrameQueue queue{source, 0, 5};
+  while (source.begun == 0) std::this_thread::yield();
+  EXPECT_FALSE(queue.stop_within(std::chrono::milliseconds{1}));
+  source.held = 1000;
+  EXPECT_TRUE(queue.stop_within(std::chrono::milliseconds{10'000}));
+  EXPECT_EQ(source.loads, 1U);
 }
 
 TEST(FrameQueue, TakesARangeAndStopsAtTheSourcesEnd) {

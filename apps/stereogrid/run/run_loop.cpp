@@ -23,6 +23,13 @@ namespace stereogrid::app {
 namespace {
 
 constexpr std::size_t frames_ahead{4};
+constexpr std::chrono::seconds usual_load{2};
+
+/// A thread that waits for a file system cannot be ended; the process can.
+[[noreturn]] void end_process(const std::string& reason) {
+  write_error(fmt::format("stereogrid: {}\n", reason));
+  std::_Exit(exit_try_again);
+}
 
 }  // namespace
 
@@ -48,8 +55,13 @@ void RunLoop::go_through(const FrameSource& source) {
       frames_ahead, threads,      [this](io::QueuedFrame& queued) { queued.warning = poses_.place(*queued.frame); }};
   queue_ = &queue;
   progress_ = &progress;
-  capture::run_frames(pipeline_, *this);
-  writer_.finish();
+  try {
+    capture::run_frames(pipeline_, *this);
+    writer_.finish();
+  } catch (const DeviceError& error) {
+    if (queue.stop_within(usual_load)) throw;
+    end_process(error.what());
+  }
   seconds_ = progress.seconds();
 }
 
@@ -103,20 +115,17 @@ void RunLoop::deliver(capture::PreparedFrame& prepared, FrameResult& result) {
   result = writer_.write(std::move(prepared.frame), std::move(result), checkpoint_after(queued_.index));
 }
 
-// The thread that waits for the file system cannot be ended: the process is.
 void RunLoop::give_up_waiting() {
-  std::string reason{
-      fmt::format("frame {} has not come {}: the file system of the input hangs, or is gone. Finished frames are "
-                  "complete; the same command with --resume continues.",
-                  next_, interrupted() == 0 ? fmt::format("within {} s", input_wait_s_) : "before the stop")};
   try {
     writer_.finish();
     record_.save(false);
   } catch (const DeviceError& error) {  // the output's
-    reason = error.what();
+    end_process(error.what());
   }
-  write_error(fmt::format("stereogrid: {}\n", reason));
-  std::_Exit(exit_try_again);
+  end_process(
+      fmt::format("frame {} has not come {}: the file system of the input hangs, or is gone. Finished frames are "
+                  "complete; the same command with --resume continues.",
+                  next_, interrupted() == 0 ? fmt::format("within {} s", input_wait_s_) : "before the stop"));
 }
 
 std::optional<io::Checkpoint> RunLoop::checkpoint_after(std::size_t index) {

@@ -67,6 +67,13 @@ struct FrameQueue::State {
         to_hand_out{first} {}
 
   void work() {
+    load_frames();
+    const std::lock_guard lock{mutex};
+    --working;
+    filled.notify_all();
+  }
+
+  void load_frames() {
     std::unique_lock lock{mutex};
     for (;;) {
       space.wait(lock, [this] { return stop || to_load >= last || to_load < to_hand_out + slots.size(); });
@@ -99,23 +106,29 @@ struct FrameQueue::State {
   std::size_t to_prepare;
   std::size_t to_hand_out;
   bool stop{false};
+  int working{0};  ///< threads
   std::vector<std::thread> threads;
 };
 
 FrameQueue::FrameQueue(const FrameSource& source, std::size_t first, std::size_t last, std::size_t capacity,
                        int threads, Preparation prepare)
     : state_{std::make_unique<State>(source, first, std::min(last, source.size()), capacity, std::move(prepare))} {
-  for (int i{0}; i < std::max(1, threads); ++i) state_->threads.emplace_back([this] { state_->work(); });
+  const int count{std::max(1, threads)};
+  state_->working = count;
+  for (int i{0}; i < count; ++i) state_->threads.emplace_back([this] { state_->work(); });
 }
 
 FrameQueue::~FrameQueue() {
-  {
-    const std::lock_guard lock{state_->mutex};
-    state_->stop = true;
-  }
+  static_cast<void>(stop_within(std::chrono::milliseconds{0}));
+  for (std::thread& thread : state_->threads) thread.join();
+}
+
+bool FrameQueue::stop_within(std::chrono::milliseconds time) {
+  std::unique_lock lock{state_->mutex};
+  state_->stop = true;
   state_->space.notify_all();
   state_->turn.notify_all();
-  for (std::thread& thread : state_->threads) thread.join();
+  return state_->filled.wait_for(lock, time, [this] { return state_->working == 0; });
 }
 
 bool FrameQueue::is_ready_within(std::chrono::milliseconds time) {

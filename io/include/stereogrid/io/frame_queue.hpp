@@ -40,6 +40,9 @@ class STEREOGRID_EXPORT FrameQueue {
   /// Stops at once: waits only for frames that are being loaded at this moment.
   ~FrameQueue();
 
+  /// Loads no more frames. False: one is still being loaded after `time`, and the destructor would wait for it.
+  [[nodiscard]] bool stop_within(std::chrono::milliseconds time);
+
   /// Waits for the next frame, but no longer than `time`. True: next() need not wait.
   [[nodiscard]] bool is_ready_within(std::chrono::milliseconds time);
 
