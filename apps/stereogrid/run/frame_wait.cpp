@@ -15,7 +15,6 @@ bool wait_for_frame(io::FrameQueue& queue, std::size_t index, std::chrono::secon
   using Clock = std::chrono::steady_clock;
   constexpr std::chrono::milliseconds look_around{200};
   constexpr std::chrono::seconds long_wait{10};
-  constexpr std::chrono::seconds stop_wait{2};
   const Clock::time_point start{Clock::now()};
   Clock::time_point end{start + limit};
   bool is_told{false};

@@ -23,7 +23,6 @@ namespace stereogrid::app {
 namespace {
 
 constexpr std::size_t frames_ahead{4};
-constexpr std::chrono::seconds usual_load{2};
 
 /// A thread that waits for a file system cannot be ended; the process can.
 [[noreturn]] void end_process(const std::string& reason) {
@@ -57,9 +56,10 @@ void RunLoop::go_through(const FrameSource& source) {
   progress_ = &progress;
   try {
     capture::run_frames(pipeline_, *this);
+    if (!queue.stop_within(stop_wait)) give_up_waiting();
     writer_.finish();
   } catch (const DeviceError& error) {
-    if (queue.stop_within(usual_load)) throw;
+    if (queue.stop_within(stop_wait)) throw;
     end_process(error.what());
   }
   seconds_ = progress.seconds();
@@ -122,10 +122,11 @@ void RunLoop::give_up_waiting() {
   } catch (const DeviceError& error) {  // the output's
     end_process(error.what());
   }
-  end_process(
-      fmt::format("frame {} has not come {}: the file system of the input hangs, or is gone. Finished frames are "
-                  "complete; the same command with --resume continues.",
-                  next_, interrupted() == 0 ? fmt::format("within {} s", input_wait_s_) : "before the stop"));
+  const std::string what{interrupted() == 0 ? fmt::format("frame {} has not come within {} s", next_, input_wait_s_)
+                                            : "stopped while a frame was being read"};
+  end_process(what +
+              ": the file system of the input hangs, or is gone. Finished frames are complete; the same command "
+              "with --resume continues.");
 }
 
 std::optional<io::Checkpoint> RunLoop::checkpoint_after(std::size_t index) {
