@@ -124,8 +124,11 @@ void Cuda::load(const std::function<void()>& work) {
 }
 
 cudaEvent_t create_event() {
+  int device{0};
+  check_cuda(cudaGetDevice(&device), "create an event");
+  const unsigned flags{wait_flags(std::thread::hardware_concurrency(), attribute(cudaDevAttrIntegrated, device) != 0)};
   cudaEvent_t event{};
-  check_cuda(cudaEventCreateWithFlags(&event, wait_flags(std::thread::hardware_concurrency())), "create an event");
+  check_cuda(cudaEventCreateWithFlags(&event, flags), "create an event");
   return event;
 }
 

@@ -58,12 +58,12 @@ class Cuda {
   LaunchWatch* watch_{nullptr};
 };
 
-/// Flags of events that the host waits for: where cores are few, the waiting thread sleeps; elsewhere it spins, which
-/// returns some 10 us earlier.
-constexpr unsigned wait_flags(unsigned cores) {
-  return cores <= 8 ? cudaEventBlockingSync : cudaEventDefault;
+/// Flags of events that the host waits for. Where cores are few, or share power and memory with the GPU, the waiting
+/// thread sleeps; elsewhere it spins, which returns some 10 us earlier.
+constexpr unsigned wait_flags(unsigned cores, bool is_integrated) {
+  return cores <= 8 || is_integrated ? cudaEventBlockingSync : cudaEventDefault;
 }
-/// An event that the host can wait for, with the flags for this machine.
+/// An event that the host can wait for, with the flags for this machine and the current device.
 cudaEvent_t create_event();
 
 /// Throws DeviceError where the kernel cannot be loaded.

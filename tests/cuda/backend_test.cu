@@ -143,8 +143,9 @@ TEST(a_graph_repeats_what_was_captured) {
 }
 
 TEST(waiting_sleeps_where_cores_are_few) {
-  CHECK_EQUAL(wait_flags(2), cudaEventBlockingSync);
-  CHECK_EQUAL(wait_flags(64), cudaEventDefault);
+  CHECK_EQUAL(wait_flags(2, false), cudaEventBlockingSync);
+  CHECK_EQUAL(wait_flags(64, false), cudaEventDefault);
+  CHECK_EQUAL(wait_flags(64, true), cudaEventBlockingSync);
 }
 
 TEST(what_the_device_refuses_is_said) {

@@ -42,7 +42,8 @@ struct Machine {
   std::recursive_mutex mutex;
 };
 
-thread_local int own_captures{0};  ///< number of this thread's `captures`
+thread_local int own_captures{0};         ///< number of this thread's `captures`
+thread_local bool has_device_set{false};  ///< without, a GPU takes the first device
 
 cudaError_t missing() {
   if (lacks("device")) return cudaErrorNoDevice;
@@ -153,10 +154,18 @@ cudaError_t cudaGetDeviceCount(int* count) {
   return missing();
 }
 cudaError_t cudaSetDevice(int /*device*/) {
+  has_device_set = true;
+  return missing();
+}
+cudaError_t cudaGetDevice(int* device) {
+  *device = 0;
   return missing();
 }
 cudaError_t cudaDeviceGetAttribute(int* value, cudaDeviceAttr attribute, int /*device*/) {
-  *value = attribute == cudaDevAttrMultiProcessorCount ? 2 : attribute == cudaDevAttrComputeCapabilityMajor ? 7 : 5;
+  *value = attribute == cudaDevAttrMultiProcessorCount      ? 2
+           : attribute == cudaDevAttrIntegrated             ? 0
+           : attribute == cudaDevAttrComputeCapabilityMajor ? 7
+                                                            : 5;
   return missing();
 }
 cudaError_t cudaGetDeviceProperties(cudaDeviceProp* properties, int /*device*/) {
@@ -245,7 +254,7 @@ cudaError_t cudaEventRecordWithFlags(cudaEvent_t event, cudaStream_t stream, uns
   return cudaEventRecord(event, stream);
 }
 cudaError_t cudaEventSynchronize(cudaEvent_t /*event*/) {
-  return cudaSuccess;
+  return has_device_set ? missing() : cudaErrorInvalidValue;
 }
 cudaError_t cudaStreamWaitEvent(cudaStream_t stream, cudaEvent_t /*event*/, unsigned /*flags*/) {
   return give(stream, [] {});

@@ -33,6 +33,7 @@ enum cudaMemcpyKind {
 };
 enum cudaDeviceAttr {
   cudaDevAttrMultiProcessorCount = 16,
+  cudaDevAttrIntegrated = 18,
   cudaDevAttrComputeCapabilityMajor = 75,
   cudaDevAttrComputeCapabilityMinor = 76,
 };
@@ -72,6 +73,7 @@ cudaError_t cudaGetLastError();
 
 cudaError_t cudaGetDeviceCount(int* count);
 cudaError_t cudaSetDevice(int device);
+cudaError_t cudaGetDevice(int* device);
 cudaError_t cudaDeviceGetAttribute(int* value, cudaDeviceAttr attribute, int device);
 cudaError_t cudaGetDeviceProperties(cudaDeviceProp* properties, int device);
 cudaError_t cudaFuncGetAttributes(cudaFuncAttributes* attributes, const void* kernel);
@@ -119,6 +121,7 @@ void unload_kernels();
 /// Kernels launched since then that cudaFuncGetAttributes had not loaded.
 int kernels_loaded_late();
 
+// cudaEventSynchronize in a thread without cudaSetDevice is an error: with several GPUs it would use the wrong one.
 // Environment variables: STEREOGRID_EMULATOR_BACKWARDS, threads and blocks run from the last to the first: missing
 // barriers change results. STEREOGRID_EMULATOR_LACKS=device|driver|kernels|memory: simulates its lack.
 }  // namespace emulator
