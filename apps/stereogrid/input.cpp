@@ -35,7 +35,7 @@ Input open_scene(const InputOptions& options) {
   const PoseSource poses{source_of(options.poses)};
   const bool has_pose_file{poses == PoseSource::input && !options.poses.empty() && options.poses != "file"};
   if (options.paths.size() > 1 || !options.calibration.empty() || has_pose_file || !options.disparities.empty() ||
-      !options.depth.empty() || !options.layout.empty()) {
+      options.with_right || !options.depth.empty() || !options.layout.empty()) {
     throw ConfigError{"A built-in scene brings its own images, calibration and poses: give it alone."};
   }
   auto scene{std::make_unique<scenes::Scene>(scenes::parse_scene(options.paths.front()))};
@@ -73,6 +73,7 @@ Input open_input(const InputOptions& options) {
   if (!options.calibration.empty()) arguments.calibration = options.calibration;
   arguments.poses = options.poses;
   if (!options.disparities.empty()) arguments.disparities = options.disparities;
+  arguments.with_right = options.with_right;
   if (!options.depth.empty()) arguments.depth = options.depth;
   if (options.depth_scale > 0) arguments.depth_units_per_m = options.depth_scale;
   if (!options.mask.empty()) arguments.mask = options.mask;

@@ -36,6 +36,7 @@ struct InputOptions {
   std::string left_topic{};
   std::string right_topic{};
   double pair_tolerance_ms{10};
+  bool with_right{false};  ///< beside `disparities`
 };
 
 void add_input_options(CLI::App& command, InputOptions& options);

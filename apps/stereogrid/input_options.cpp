@@ -40,6 +40,9 @@ void add_input_options(CLI::App& command, InputOptions& options) {
                   "Disparity images instead of right images: PNG (KITTI), PFM, TIFF or NPY, named as the left "
                   "images.")
       ->type_name("DIR");
+  command.add_flag("--with-right", options.with_right,
+                   "With --disparities: track features in the right images, too. Default: in the left images and the "
+                   "disparities.");
   command
       .add_option("--depth", options.depth,
                   "Depth images instead of right images: PNG or TIFF of 16 bits, PFM, TIFF or NPY of floats in "

@@ -54,7 +54,8 @@ struct MatchingConfig {
   int speckle_px{40};
   int road_speckle_px{200};
   bool subpixel{true};
-  double external_sigma_px{0.5};
+  double external_sigma_px{0};
+  double external_sigma_per_m{0};
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
@@ -87,8 +88,12 @@ struct MatchingConfig {
           self.road_speckle_px);
     visit({"subpixel", "", 0, 1, "Refine disparities between the integers on the winner's cost curve."}, self.subpixel);
     visit({"external_sigma_px", "px", 0, 10,
-           "External disparities: standard deviation. Pixels within two of the ground plane are road."},
+           "External disparities: standard deviation. 0: estimated from the disparities of each frame."},
           self.external_sigma_px);
+    visit({"external_sigma_per_m", "1/m", 0, 1,
+           "External depth: standard deviation divided by the square of the depth, in place of external_sigma_px. 0: "
+           "external_sigma_px."},
+          self.external_sigma_per_m);
   }
 };
 

@@ -20,7 +20,8 @@
 
 namespace stereogrid {
 
-/// Back end of the computation. `automatic`: a GPU if a usable one is available, else the CPU.
+/// Back end of the computation. `automatic`: a GPU if a usable one is available, else the CPU, which also continues
+/// with FrameStatus::gpu_lost where the GPU fails later.
 enum class BackEnd { cpu, reference, cuda, automatic };
 
 /// Options of a pipeline beside its configuration and its rig.

@@ -62,10 +62,11 @@ enum class FrameStatus {
   road_unknown,         ///< ground plane not found, or the ground falls away: observed grid and stages are unknown
   extrinsics_disagree,  ///< a plane in view contradicts the extrinsics, which are kept; the warning has both
   too_close,  ///< a tracked obstacle is too close to be matched or fills the view: its last observation is kept
+  gpu_lost,   ///< the GPU has failed: BackEnd::automatic continues on the CPU, and all state was reset
 };
-constexpr std::array<std::string_view, 8> names_of(FrameStatus) {
-  return {"clock_gap",   "clock_stepped_back", "pose_missing",        "pose_jump",
-          "few_matches", "road_unknown",       "extrinsics_disagree", "too_close"};
+constexpr std::array<std::string_view, 9> names_of(FrameStatus) {
+  return {"clock_gap",    "clock_stepped_back",  "pose_missing", "pose_jump", "few_matches",
+          "road_unknown", "extrinsics_disagree", "too_close",    "gpu_lost"};
 }
 
 /// Result of a frame.

@@ -55,22 +55,21 @@ void PyPipeline::run(const Frame& frame, const FrameImages& images, Result& resu
   next_index_ = frame.data.index + 1;
 }
 
-FrameImages PyPipeline::images_of(const ArrayFrame& arrays, const Array& left, const Array& other) {
+FrameImages PyPipeline::images_of(const ArrayFrame& arrays, const Array& left, const std::optional<Array>& right,
+                                  const std::optional<Array>& external) {
   StereoFrame& copies{frame_.data};
   FrameImages images;
   images.left = grey_of(left, arrays.pixels, copies.left);
-  if (!arrays.right.is_none()) {
-    images.right = grey_of(other, arrays.pixels, copies.right);
-    return images;
-  }
+  if (right) images.right = grey_of(*right, arrays.pixels, copies.right);
+  if (!external) return images;
   if (!arrays.disparity.is_none()) {
-    assign(copies.disparity, other, 0);
+    assign(copies.disparity, *external, 0);
   } else {
     const double units_per_m{arrays.depth_scale.value_or(1000)};
     if (!(units_per_m > 0))
       throw nb::value_error(fmt::format("depth_scale: {} (allowed above 0).", units_per_m).c_str());
     Image<float> depth_m;
-    assign(depth_m, other, units_per_m);
+    assign(depth_m, *external, units_per_m);
     copies.disparity = io::disparity_from_depth(depth_m, pipeline_.rig());
   }
   images.disparity = copies.disparity.view();
@@ -78,22 +77,23 @@ FrameImages PyPipeline::images_of(const ArrayFrame& arrays, const Array& left, c
 }
 
 ResultObject PyPipeline::process(ArrayFrame arrays) {
-  const int given{!arrays.right.is_none() + !arrays.disparity.is_none() + !arrays.depth.is_none()};
-  if (given != 1) {
-    throw nb::type_error("process(): give exactly one of right, disparity and depth beside left.");
+  const bool has_disparity{!arrays.disparity.is_none()};
+  const bool has_depth{!arrays.depth.is_none()};
+  if ((has_disparity && has_depth) || (!has_disparity && !has_depth && arrays.right.is_none())) {
+    throw nb::type_error(
+        "process(): give right, disparity or depth beside left; disparity and depth exclude each other.");
   }
   const Busy busy{*this};
   const Array left{arrays.left, "left"};
-  const Array other{!arrays.right.is_none()       ? arrays.right
-                    : !arrays.disparity.is_none() ? arrays.disparity
-                                                  : arrays.depth,
-                    !arrays.right.is_none()       ? "right"
-                    : !arrays.disparity.is_none() ? "disparity"
-                                                  : "depth"};
+  std::optional<Array> right;
+  if (!arrays.right.is_none()) right.emplace(arrays.right, "right");
+  std::optional<Array> external;
+  if (has_disparity) external.emplace(arrays.disparity, "disparity");
+  if (has_depth) external.emplace(arrays.depth, "depth");
   ResultObject result{new_result()};
   auto& of_frame{nb::cast<Result&>(result)};
   const nb::gil_scoped_release release;
-  const FrameImages images{images_of(arrays, left, other)};
+  const FrameImages images{images_of(arrays, left, right, external)};
   StereoFrame& frame{frame_.data};
   frame.stamp_ns = arrays.stamp_ns.value_or(next_stamp_ns_);
   frame.index = next_index_;
@@ -148,9 +148,10 @@ void bind_process(nb::class_<PyPipeline>& pipeline) {
           "= '', bits: int | None = None) "
           "-> FrameResult"),
       "Processes rectified images (height, width): uint8, uint16, or floats from 0 to 255; (height, width, 3 or 4) "
-      "uint8 with color \"rgb\" or \"bgr\". Instead of right: disparity in px of left, or depth in m (uint16: "
-      "depth_scale "
-      "units are a metre). bits: number of lower bits of uint16 in use. stamp_ns: left out, 0.1 s after the frame "
+      "uint8 with color \"rgb\" or \"bgr\". Instead of right, or beside it for features alone: disparity in px of "
+      "left, "
+      "or depth in m (uint16: depth_scale units are a metre). bits: number of lower bits of uint16 in use. stamp_ns: "
+      "left out, 0.1 s after the frame "
       "before. "
       "other_grids: fused with the frame's own.");
 }

@@ -58,7 +58,8 @@ class PyPipeline {
   };
 
   static PipelineOptions with(PipelineOptions options, const MountedRig& rig, const app::DeviceOptions& device);
-  [[nodiscard]] FrameImages images_of(const ArrayFrame& arrays, const Array& left, const Array& other);
+  [[nodiscard]] FrameImages images_of(const ArrayFrame& arrays, const Array& left, const std::optional<Array>& right,
+                                      const std::optional<Array>& external);
   /// Created before the frame is processed, as the processor's caches hold nothing of Python after it.
   [[nodiscard]] ResultObject new_result() const { return nb::cast(std::make_unique<Result>(results_)); }
   /// Without the GIL.

@@ -47,7 +47,7 @@ std::string text_of(const std::optional<Path>& path) {
 
 std::shared_ptr<Recording> open(const Paths& paths, const std::optional<Path>& calibration,
                                 const std::optional<Path>& poses, const std::optional<Path>& disparities,
-                                const std::optional<Path>& depth, std::optional<double> depth_scale,
+                                bool with_right, const std::optional<Path>& depth, std::optional<double> depth_scale,
                                 const std::optional<Path>& mask, const std::string& layout,
                                 const std::string& left_topic, const std::string& right_topic,
                                 std::optional<double> pair_tolerance_ms, const std::string& frames) {
@@ -56,6 +56,7 @@ std::shared_ptr<Recording> open(const Paths& paths, const std::optional<Path>& c
   options.calibration = text_of(calibration);
   options.poses = text_of(poses);
   options.disparities = text_of(disparities);
+  options.with_right = with_right;
   options.depth = text_of(depth);
   options.depth_scale = depth_scale.value_or(options.depth_scale);
   options.mask = text_of(mask);
@@ -174,10 +175,11 @@ void bind_recording_class(nb::module_& module) {
 void bind_recording(nb::module_& module) {
   bind_recording_class(module);
   module.def("open", &open, nb::arg("path"), nb::kw_only(), nb::arg("calibration") = nb::none(),
-             nb::arg("poses") = nb::none(), nb::arg("disparities") = nb::none(), nb::arg("depth") = nb::none(),
-             nb::arg("depth_scale") = nb::none(), nb::arg("mask") = nb::none(), nb::arg("layout") = "",
-             nb::arg("left_topic") = "", nb::arg("right_topic") = "", nb::arg("pair_tolerance_ms") = nb::none(),
-             nb::arg("frames") = "", nb::call_guard<nb::gil_scoped_release>(),
+             nb::arg("poses") = nb::none(), nb::arg("disparities") = nb::none(), nb::arg("with_right") = false,
+             nb::arg("depth") = nb::none(), nb::arg("depth_scale") = nb::none(), nb::arg("mask") = nb::none(),
+             nb::arg("layout") = "", nb::arg("left_topic") = "", nb::arg("right_topic") = "",
+             nb::arg("pair_tolerance_ms") = nb::none(), nb::arg("frames") = "",
+             nb::call_guard<nb::gil_scoped_release>(),
              "Opens what stereogrid run takes as INPUT: a folder, a bag of ROS 2, a list of left and right image or "
              "video, or \"scene:...\". The arguments are the options of stereogrid run; frames: \"FIRST:LAST\", both "
              "included. Raises InputError, ConfigError.");

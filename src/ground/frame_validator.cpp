@@ -48,8 +48,6 @@ void for_lattice(const MatchedFrame& frame, double first_row, const Visit& visit
 }
 
 float disparity_at(const MatchedFrame& frame, int u, int v) {
-  // matches of external disparities exclude points below the road
-  if (!frame.disparity.empty()) return frame.disparity(u, v);
   return std::max(frame.matches.obstacle(u, v), frame.matches.road(u, v));
 }
 
@@ -212,7 +210,7 @@ std::size_t samples_max(const Rig& level_rig) {
 }
 
 bool has_few_matches(const MatchedFrame& frame, const Rig& level_rig, const Ground& ground, int disparities) {
-  if (!frame.disparity.empty()) return false;
+  if (frame.is_external) return false;
   // the horizon may lie below the image
   const double first_row{std::min(horizon_row(level_rig, ground), level_rig.height_px / 2.0)};
   const RoadPlane road{road_plane(level_rig, ground)};
@@ -230,7 +228,7 @@ FrameValidator::FrameValidator(const Rig& level_rig, const GroundConfig& config,
 
 Rejection FrameValidator::validate(const MatchedFrame& frame, const Ground& ground, double dt_s) {
   Rejection rejection{reason_to_reject(frame, ground, dt_s)};
-  if (!frame.disparity.empty()) return rejection;
+  if (frame.right.empty()) return rejection;
   const PairCounts counts{counts_of(frame)};
   rejection.exposure = exposure_of(counts.left, counts.right);
   return rejection;

@@ -17,10 +17,10 @@ namespace stereogrid {
 /// Images and matches of a frame. Only the pixels of MatchLattice in `matches` are read.
 struct MatchedFrame {
   View<const std::uint8_t> left;
-  View<const std::uint8_t> right;
-  View<const float> disparity;  ///< external disparities, instead of the right image; empty: matched
+  View<const std::uint8_t> right;  ///< may be empty with external disparities
   const Matches& matches;
   View<const std::uint8_t> masked{};  ///< PixelMask: excluded pixels; empty: none
+  bool is_external{false};            ///< the matches are external disparities
 };
 
 /// Reason to reject the matches and the road plane of a frame, and the exposure of its images.

@@ -96,7 +96,8 @@ void find_candidates(Cuda& cuda, View<const std::uint8_t, Device> left, View<con
 /// Splits external disparities; `ground` lies on the device. Confidences are unchanged.
 void split(Cuda& cuda, View<const float, Device> disparity, const Rig& rig, const Ground* ground,
            const MatchingConfig& config, DeviceMatches& matches);
-void leave_whole(Cuda& cuda, View<const float, Device> disparity, const MatchingConfig& config, DeviceMatches& matches);
+void split_surfaces(Cuda& cuda, View<const float, Device> disparity, const Rig& rig, const Ground* ground,
+                    const Relief<Device>& relief, const MatchingConfig& config, DeviceMatches& matches);
 
 /// PixelMask::clear of all rows; `masked`: its image on the device.
 void clear_masked(Cuda& cuda, const PixelMask& mask, View<const std::uint8_t, Device> masked, DeviceMatches& matches);

@@ -96,6 +96,30 @@ Place in_right(Place left, float disparity, const RowOffsets& offsets) {
   return {u, left.v + static_cast<float>(offsets.at(u, left.v))};
 }
 
+// Median of the external disparities around a place where most of them are of one surface.
+std::optional<float> disparity_around(View<const float> disparity, Place place) {
+  constexpr int around{1};
+  constexpr std::size_t least{5};  // most of 3 × 3
+  constexpr float same_surface_px{1};
+  const int u{rounded(place.u)};
+  const int v{rounded(place.v)};
+  if (u < around || v < around || u + around >= disparity.width || v + around >= disparity.height) return std::nullopt;
+  std::array<float, (2 * around + 1) * (2 * around + 1)> values{};
+  std::size_t count{0};
+  for (int j{v - around}; j <= v + around; ++j) {
+    for (int i{u - around}; i <= u + around; ++i) {
+      if (disparity(i, j) > 0) values[count++] = disparity(i, j);
+    }
+  }
+  const auto end = values.begin() + static_cast<std::ptrdiff_t>(count);
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(count / 2);
+  if (count < least) return std::nullopt;
+  std::nth_element(values.begin(), middle, end);
+  const float median{*middle};
+  const auto near = std::count_if(values.begin(), end, [&](float d) { return std::abs(d - median) < same_surface_px; });
+  return static_cast<std::size_t>(near) >= least ? std::optional{median} : std::nullopt;
+}
+
 // Place around `expected` at which the patch fits best and clearly better than elsewhere, to two pixels.
 std::optional<Place> searched(const ScaledPatch& patch, const Grey& image, Place expected, int columns, int rows) {
   int best{std::numeric_limits<int>::max()};
@@ -154,6 +178,7 @@ std::optional<Place> SceneFlow::in_left(const Point& point, const ScaledPatch& p
 
 std::optional<float> SceneFlow::disparity_of(const Point& point, const ScaledPatch& patch, Place left, float expected,
                                              const FlowFrame& frame) const {
+  if (frame.right.empty()) return disparity_around(frame.disparity, left);
   const Place start{in_right(left, expected, frame.row_offsets)};
   std::optional<Place> right{find(right_.view(), patch.pixels(), 0, start, find_limits)};
   if (!right && point.sightings == 1) {
@@ -211,11 +236,13 @@ void SceneFlow::sight(Point& point, Place left, float disparity, Point2 place) c
   point.velocity.y /= point.spread_s2;
 }
 
-FlowVector SceneFlow::vector_of(const Point& point, const Pose2& world_from_vehicle) const {
+FlowVector SceneFlow::vector_of(const Point& point, const FlowFrame& frame) const {
   const double x_m{focal_baseline_pxm_ / point.disparity};
-  const double along_m{sigma_disparity_px * x_m / point.disparity};
+  const bool has_sigma{frame.right.empty() && frame.external_sigma_px > 0};
+  const double sigma_px{has_sigma ? frame.external_sigma_px : sigma_disparity_px};
+  const double along_m{sigma_px * x_m / point.disparity};
   const double aside_m{sigma_column_px * x_m / rig_.focal_px};
-  const Pose2 turn{0, 0, world_from_vehicle.yaw_rad};
+  const Pose2 turn{0, 0, frame.world_from_vehicle.yaw_rad};
   const Point2 ray{turn * Point2{1, -(point.left.u - rig_.cx_px) / rig_.focal_px}};
   const Point2 side{turn * Point2{0, 1}};
   const auto product = [&](double ray_part, double side_part) {
@@ -230,7 +257,7 @@ FlowVector SceneFlow::vector_of(const Point& point, const Pose2& world_from_vehi
 void SceneFlow::collect(const FlowFrame& frame) {
   std::erase_if(points_, [](const Point& point) { return point.is_lost; });
   vectors_.clear();
-  for (const Point& point : points_) vectors_.push_back(vector_of(point, frame.world_from_vehicle));
+  for (const Point& point : points_) vectors_.push_back(vector_of(point, frame));
 }
 
 void SceneFlow::clear() {
@@ -279,11 +306,15 @@ bool SceneFlow::is_near(int v, float disparity) const {
 
 std::optional<SceneFlow::Point> SceneFlow::point_at(Place left, const Template& patch, const FlowFrame& frame,
                                                     const Matches& matches) const {
-  const float matched{matches.obstacle(rounded(left.u), rounded(left.v))};
-  const std::optional<Place> right{
-      find(right_.view(), patch, 0, in_right(left, matched, frame.row_offsets), find_limits)};
-  if (!right || left.u - right->u < disparity_min_px) return std::nullopt;
-  Point point{left, left.u - right->u, 1, {}, {}, 0, false};
+  const auto in_both = [&]() -> std::optional<float> {
+    const float matched{matches.obstacle(rounded(left.u), rounded(left.v))};
+    const std::optional<Place> right{
+        find(right_.view(), patch, 0, in_right(left, matched, frame.row_offsets), find_limits)};
+    return right ? std::optional{left.u - right->u} : std::nullopt;
+  };
+  const std::optional<float> disparity{frame.right.empty() ? disparity_around(frame.disparity, left) : in_both()};
+  if (!disparity || *disparity < disparity_min_px) return std::nullopt;
+  Point point{left, *disparity, 1, {}, {}, 0, false};
   point.latest[0] = {now_s_, frame.world_from_vehicle * in_vehicle(left, point.disparity)};
   return point;
 }

@@ -35,17 +35,19 @@ class ScaledPatch;
 /// Input of scene flow for a frame: level images and their geometry.
 struct FlowFrame {
   View<const std::uint8_t> left;
-  View<const std::uint8_t> right;
+  View<const std::uint8_t> right;  ///< empty: disparities of points are those of `disparity`
   RowOffsets row_offsets;
   Pose2 world_from_vehicle;
   double dt_s;
+  View<const float> disparity{};  ///< external disparities, px; ≤ 0: none
+  double external_sigma_px{0};    ///< standard deviation of those
 };
 
-/// Points of obstacles followed in both images through time: where each is on the ground, frame after frame, hence how
-/// it moves. It works on smoothed images: noise and the interpolation between pixels pull displacements towards whole
-/// pixels. Points with positions and velocities from stereo and time are "6D-Vision" (Franke et al. 2005; Rabe 2011);
-/// here a velocity is the slope of a straight line through the latest positions. One implementation serves every back
-/// end: it reads some hundred patches.
+/// Points of obstacles followed in both images, or in the left image and external disparities, through time: where each
+/// is on the ground, frame after frame, hence how it moves. It works on smoothed images: noise and the interpolation
+/// between pixels pull displacements towards whole pixels. Points with positions and velocities from stereo and time
+/// are "6D-Vision" (Franke et al. 2005; Rabe 2011); here a velocity is the slope of a straight line through the latest
+/// positions. One implementation serves every back end: it reads some hundred patches.
 class SceneFlow {
  public:
   explicit SceneFlow(const Rig& rig);
@@ -57,7 +59,7 @@ class SceneFlow {
     now_s_ += frame.dt_s;
     for_ranges(left_.height(), [&](int begin, int end) {
       smooth_rows(frame.left, begin, end, left_.view());
-      smooth_rows(frame.right, begin, end, right_.view());
+      if (!frame.right.empty()) smooth_rows(frame.right, begin, end, right_.view());
     });
     for_ranges(static_cast<int>(points_.size()), [&](int begin, int end) {
       for (int i{begin}; i < end; ++i) points_[static_cast<std::size_t>(i)].is_lost = !follow(i, frame);
@@ -124,7 +126,7 @@ class SceneFlow {
   [[nodiscard]] std::optional<float> disparity_of(const Point& point, const ScaledPatch& patch, Place left,
                                                   float expected, const FlowFrame& frame) const;
   [[nodiscard]] Point2 in_vehicle(Place left, double disparity) const;
-  [[nodiscard]] FlowVector vector_of(const Point& point, const Pose2& world_from_vehicle) const;
+  [[nodiscard]] FlowVector vector_of(const Point& point, const FlowFrame& frame) const;
   [[nodiscard]] std::optional<Point> candidate(int block, const FlowFrame& frame, const Matches& matches) const;
   [[nodiscard]] bool is_near(int v, float disparity) const;
   [[nodiscard]] std::optional<Point> point_at(Place left, const Template& patch, const FlowFrame& frame,

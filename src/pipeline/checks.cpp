@@ -45,11 +45,8 @@ void check_grid(const ObservedGrid& grid, const std::string& frame_name) {
 }
 
 void check_images(const FrameImages& images, const Rig& rig, const std::string& frame_name) {
-  if (images.right.empty() == images.disparity.empty()) {
-    throw InputError{
-        "frame " + frame_name,
-        images.right.empty() ? "has neither a right image nor disparities." : "has both a right image and disparities.",
-        "Give one of them."};
+  if (images.right.empty() && images.disparity.empty()) {
+    throw InputError{"frame " + frame_name, "has neither a right image nor disparities.", "Give one of them, or both."};
   }
   const auto size = [](int width, int height) { return std::to_string(width) + " × " + std::to_string(height); };
   const auto check_size = [&](const char* name, const auto& image) {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "held_bytes.hpp"
+#include "matching/checks/external.hpp"
 #include "pipeline/checks.hpp"
 #include "stereogrid/error.hpp"
 
@@ -61,10 +62,11 @@ LevelFrame FrameInput::convert(const StereoFrame& frame, const FrameImages& imag
   LevelFrame converted{images.left, images.right,      images.disparity,       pose,
                        dt_s,        frame.other_grids, view(pose, travelled_m)};
   converted.restarts = tick.leap.has_value();
+  converted.disparity_step_px = step_of(images.disparity);
   if (!levelling_.is_needed()) return converted;
   level(images, cpu);
   converted.left = left_.view();
-  converted.right = right_.view();
+  if (!converted.right.empty()) converted.right = right_.view();
   if (converted.is_given()) converted.disparity = disparity_.view();
   return converted;
 }

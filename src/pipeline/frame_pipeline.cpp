@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/frame_pipeline.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -129,20 +130,30 @@ void FramePipeline::find_terrain(const LevelFrame& frame, const GridGeometry& wi
   stages_->set_rules(terrain_->rules());
 }
 
-// The noise of disparities that are rounded, smoothed or external does not show their errors.
+// The noise of disparities that are rounded or smoothed by the matcher does not show their errors.
 void FramePipeline::find_blur(const LevelFrame& frame) {
   const MatchingConfig& matching{config_.matching};
-  const bool shows_errors{matching.subpixel && matching.method == MatchingMethod::correlation && !frame.is_given()};
-  stages_->set_blur(shows_errors ? blur_of(stages_->matches_on_lattice(), matching.window_px) : widest_blur_px);
+  const bool is_own{!frame.is_given()};
+  if (is_own && (!matching.subpixel || matching.method != MatchingMethod::correlation))
+    return stages_->set_blur(widest_blur_px);
+  if (!is_own && matching.external_sigma_px > 0) return stages_->set_blur(blur_of(matching.external_sigma_px));
+  const float rounded_px{blur_of(frame.disparity_step_px / std::sqrt(12.0))};
+  stages_->set_blur(std::max(rounded_px, blur_of(stages_->matches_on_lattice(), matching.window_px)));
 }
 
 FlowFrame FramePipeline::flow_frame(const LevelFrame& frame) const {
-  return {frame.left, frame.right, alignment_.offsets(), frame.world_from_vehicle, frame.dt_s};
+  return {frame.left,
+          frame.right,
+          alignment_.offsets(),
+          frame.world_from_vehicle,
+          frame.dt_s,
+          frame.disparity,
+          config_.matching.external_sigma_px};
 }
 
 std::span<const VelocityEvidence> FramePipeline::track_features(const LevelFrame& frame, const GridGeometry& window) {
   const ScopedTimer timer{flow_ms_};
-  has_flow(frame) ? scene_flow_.follow(flow_frame(frame), ranges_of(cpu_)) : scene_flow_.clear();
+  config_.filter.scene_flow ? scene_flow_.follow(flow_frame(frame), ranges_of(cpu_)) : scene_flow_.clear();
   if (config_.filter.model != FilterModel::joint) return {};
   return velocity_evidence_.gather(scene_flow_.vectors(), window, ranges_of(cpu_), frame.view);
 }
@@ -150,12 +161,13 @@ std::span<const VelocityEvidence> FramePipeline::track_features(const LevelFrame
 // Selects features to be tracked from the next frame on.
 void FramePipeline::add_features(const LevelFrame& frame) {
   const ScopedTimer timer{flow_ms_};
-  if (has_flow(frame)) scene_flow_.add_points(flow_frame(frame), stages_->matches_on_lattice(), ranges_of(cpu_));
+  if (config_.filter.scene_flow)
+    scene_flow_.add_points(flow_frame(frame), stages_->matches_on_lattice(), ranges_of(cpu_));
 }
 
 // Measures the vertical misalignment in matches on the expected ground.
 void FramePipeline::align(const LevelFrame& frame, const Ground& expected) {
-  if (!config_.matching.align_rows || frame.is_given()) return;
+  if (!config_.matching.align_rows || frame.right.empty()) return;
   alignment_.update(frame.left, frame.right, stages_->matches_on_lattice(), road_plane(rig_, expected),
                     ranges_of(cpu_));
 }
@@ -171,7 +183,7 @@ bool FramePipeline::find_ground(const LevelFrame& frame, const Ground& expected)
       match(expected);
       align(frame, expected);
     }
-    if (searches) search(frame);
+    if (searches) search();
   }
   if (terrain_) keep_near_ground(frame, expected, searches);
   find_slope(frame);
@@ -234,22 +246,20 @@ bool FramePipeline::is_jump(const Ground& found) const {
          (has_given_extrinsics_ || (has_measured_ground_ && differs(ground_.height_m)));
 }
 
-// Searches the plane in matches that no plane has split: one far off would have removed the wrong pixels.
-void FramePipeline::search(const LevelFrame& frame) {
-  const Matches& matches{stages_->unsplit_matches()};
-  Ground found{
-      search_ground(rig_, config_.ground, matches.obstacle.view(), matches.road.view(), ground_, ground_samples_)};
+void FramePipeline::search() {
+  Ground found{search_ground(rig_, config_.ground, stages_->obstacle_disparity(), stages_->road_disparity(), ground_,
+                             ground_samples_)};
   found.estimated = found.estimated && !is_jump(found);
   if (found.estimated) {
     ground_ = found;
   } else {
     frames_to_search_ = pause_frames;
   }
-  if (found.estimated || frame.is_given()) match(ground_);
+  if (found.estimated) match(ground_);
 }
 
 MatchedFrame FramePipeline::matched(const LevelFrame& frame) const {
-  return {frame.left, frame.right, frame.disparity, stages_->matches_on_lattice(), mask_.view()};
+  return {frame.left, frame.right, stages_->matches_on_lattice(), mask_.view(), frame.is_given()};
 }
 
 // Checks the extrinsics. A frame that is matched again on another ground plane is rejected.
@@ -267,7 +277,8 @@ Rejection FramePipeline::check_extrinsics(const LevelFrame& frame, Rejection rej
     disagreeing_ = candidate;
     return rejection == Rejection::none ? Rejection::plane_contradicted : rejection;
   }
-  if (!frame.is_given()) match(*candidate);
+  match(*candidate);
+  candidate_ = candidate;
   const MatchedFrame again{matched(frame)};
   extrinsics_samples_.clear();
   add_samples(again, extrinsics_samples_);
@@ -287,7 +298,7 @@ Rejection FramePipeline::validate(const LevelFrame& frame) {
 // Returns the final reason to reject the frame, after a check of the extrinsics, and sets the result's ground.
 Rejection FramePipeline::settle(const LevelFrame& frame, Rejection rejection, const GroundBefore& before,
                                 FrameResult& result) {
-  disagreeing_ = std::nullopt;
+  disagreeing_ = candidate_ = std::nullopt;
   rejection = check_extrinsics(frame, rejection);
   if (rejection != Rejection::none) {
     // A plane through wrong matches would mislead the next frame; ground that lies elsewhere does not become more
@@ -297,7 +308,8 @@ Rejection FramePipeline::settle(const LevelFrame& frame, Rejection rejection, co
     ground_.estimated = false;
     scene_flow_.clear();
   }
-  result.ground = ground_;
+  result.ground = candidate_.value_or(ground_);  // of the disparity images
+  result.ground.estimated = ground_.estimated;
   has_measured_ground_ = has_measured_ground_ || ground_.estimated;
   report(rejection, result);
   if (disagreeing_) report_disagreement(rig_, turned_rad_, *disagreeing_, result);

@@ -73,12 +73,11 @@ class FramePipeline {
 
   void align(const LevelFrame& frame, const Ground& expected);
   bool will_search();
-  void search(const LevelFrame& frame);
+  void search();
   [[nodiscard]] bool is_jump(const Ground& found) const;
   Rejection check_extrinsics(const LevelFrame& frame, Rejection rejection);
   [[nodiscard]] MatchedFrame matched(const LevelFrame& frame) const;
   [[nodiscard]] FlowFrame flow_frame(const LevelFrame& frame) const;
-  [[nodiscard]] bool has_flow(const LevelFrame& frame) const { return config_.filter.scene_flow && !frame.is_given(); }
   template <class State>
   void exchange(State& state);
 
@@ -106,6 +105,7 @@ class FramePipeline {
 
   // per frame
   std::optional<Ground> disagreeing_;  ///< ground plane in view that contradicts extrinsics that stay
+  std::optional<Ground> candidate_;    ///< plane that a rejected frame was matched on again
   std::optional<Ground> slope_;        ///< slope that fills the view, relief over the ground
   double flow_ms_{0};
   double track_ms_{0};

@@ -7,6 +7,7 @@ namespace stereogrid {
 HostSpace::HostSpace(const Config& config, const Rig& level_rig, const GridGeometry& vehicle_grid, int threads)
     : aligned_right{level_rig.width_px, level_rig.height_px},
       matches{level_rig.width_px, level_rig.height_px},
+      heights{level_rig.width_px, level_rig.height_px},
       matching{level_rig.width_px, level_rig.height_px, config.matching, threads},
       ground_samples{level_rig.width_px, level_rig.height_px},
       u_disparity_tables{{config.u_disparity, config.paper}, level_rig.height_px, config.matching.window_px},
@@ -26,9 +27,9 @@ HostSpace::HostSpace(const Config& config, const Rig& level_rig, const GridGeome
 }
 
 std::size_t HostSpace::held_bytes() const {
-  return held_bytes_of(aligned_right, matches, matching, ground_samples, u_disparity_tables, u_disparity, projection,
-                       rays, filter_tables, observed_world, filtered, filtered_before, weighing, block_kinds,
-                       part_kinds) +
+  return held_bytes_of(aligned_right, matches, heights, matching, ground_samples, u_disparity_tables, u_disparity,
+                       projection, rays, filter_tables, observed_world, filtered, filtered_before, weighing,
+                       block_kinds, part_kinds) +
          (prediction ? sizeof(PredictionSpace) + prediction->held_bytes() : 0);
 }
 

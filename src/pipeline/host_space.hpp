@@ -36,6 +36,7 @@ struct HostSpace {
 
   Image<std::uint8_t> aligned_right;
   Matches matches;
+  Image<float> heights;  ///< working memory of split_surfaces
   MatchingSpace matching;
   GroundSpace ground_samples;
   UDisparityTables u_disparity_tables;

@@ -72,7 +72,14 @@ class HostStages final : public Stages {
   }
 
   void set_ground(const Ground& ground) override { ground_ = ground; }
-  void set_rules(const TerrainRules& rules) override { rules_ = rules; }
+  void set_rules(const TerrainRules& rules) override {
+    rules_ = rules;
+    if (!frame_.is_given()) return;
+    const ScopedTimer timer{times_.match};
+    split_surfaces(back_end_, frame_.disparity, rig_, ground_, rules.relief, config_.matching, space_.heights,
+                   space_.matches);
+    clear_masked();
+  }
   void set_blur(float blur_px) override { space_.rays.blur_px = blur_px; }
 
   void observe(bool is_usable, std::span<const HeldCell> held) override {
@@ -103,16 +110,9 @@ class HostStages final : public Stages {
   Ground ground() override { return ground_; }
   bool is_lost() override { return is_lost_; }
   const Matches& matches_on_lattice() override { return space_.matches; }
-  const Matches& unsplit_matches() override {
-    if (frame_.is_given()) {
-      leave_whole(frame_.disparity, config_.matching, space_.matches);
-      clear_masked();
-    }
-    return space_.matches;
-  }
-
   View<const float> obstacle_disparity() override { return space_.matches.obstacle.view(); }
   View<const float> road_disparity() override { return space_.matches.road.view(); }
+
   void finish() override {
     const Matches& matches{space_.matches};
     const auto obstacles = [&] {

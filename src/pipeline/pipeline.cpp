@@ -39,9 +39,14 @@ int automatic_disparities(const Config& config, const Rig& level_rig) {
                     disparities_max);
 }
 
-// With every "automatic" value.
+// With every "automatic" value. A depth z = f·b/d has the standard deviation z²·σ_d/(f·b).
 Config resolved(Config config, const Rig& level_rig) {
-  if (config.matching.disparities == 0) config.matching.disparities = automatic_disparities(config, level_rig);
+  MatchingConfig& matching{config.matching};
+  if (matching.disparities == 0) matching.disparities = automatic_disparities(config, level_rig);
+  if (matching.external_sigma_per_m > 0) {
+    const double sigma_px{matching.external_sigma_per_m * level_rig.focal_px * level_rig.baseline_m};
+    matching.external_sigma_px = std::min(sigma_px, 10.0);
+  }
   return config;
 }
 
@@ -89,6 +94,7 @@ struct Pipeline::Implementation {
       : given_rig{given},
         config{resolved(parameters, LevelMapping{given}.level_rig())},
         options{asked},
+        is_automatic{asked.back_end == BackEnd::automatic},
         cpu{options.back_end == BackEnd::reference ? 1 : options.threads},
         input{config.motion, given, options},
         frames{make_frames(given)} {
@@ -132,15 +138,31 @@ struct Pipeline::Implementation {
   void process(const StereoFrame& frame, const FrameImages& images, FrameResult& into) {
     input.check(frame, images);
     Stopwatch watch;
-    process_on_rig(frame, images, into);
+    process_anywhere(frame, images, into);
     std::string found{use_found_extrinsics()};
     if (is_first && !found.empty()) {  // a pair alone gets a grid, too
       input.rewind();
-      process_on_rig(frame, images, into);
+      process_anywhere(frame, images, into);
     }
     if (!found.empty()) into.warnings.push_back(std::move(found));
     is_first = false;
     into.timing_ms.total = watch.lap();
+  }
+
+  // A GPU that is lost, or whose driver fails: `automatic` continues on the CPU.
+  void process_anywhere(const StereoFrame& frame, const FrameImages& images, FrameResult& into) {
+    try {
+      return process_on_rig(frame, images, into);
+    } catch (const DeviceError& error) {
+      if (!is_automatic || options.back_end != BackEnd::cuda) throw;
+      why_not_cuda = error.what();
+    }
+    input.rewind();
+    options.back_end = BackEnd::cpu;
+    set_rig(Rig{input.rig()});
+    process_on_rig(frame, images, into);
+    into.status.push_back(FrameStatus::gpu_lost);
+    into.warnings.push_back("the GPU has failed: " + why_not_cuda + " The CPU continues, with the state reset.");
   }
 
   void process_on_rig(const StereoFrame& frame, const FrameImages& images, FrameResult& into) {
@@ -202,6 +224,7 @@ struct Pipeline::Implementation {
   Rig given_rig;
   Config config;
   PipelineOptions options;
+  bool is_automatic;
   Cpu cpu;
   std::string why_not_cuda;
   FrameResult result;

@@ -23,12 +23,13 @@ class Cpu;
 struct LevelFrame {
   View<const std::uint8_t> left;
   View<const std::uint8_t> right;
-  View<const float> disparity;  ///< external disparities, in place of the right image; empty: match
+  View<const float> disparity;  ///< external disparities; empty: match both images
   Pose2 world_from_vehicle;
   double dt_s{0};
   std::span<const ObservedGrid> other_grids;
   CameraView view{};
-  bool restarts{false};  ///< clock leap: no state is used
+  bool restarts{false};         ///< clock leap: no state is used
+  double disparity_step_px{0};  ///< external disparities: step_of
 
   [[nodiscard]] bool is_given() const { return !disparity.empty(); }
 };
@@ -62,7 +63,8 @@ class Stages {
   virtual void estimate_ground() = 0;
   /// Replaces the estimated plane for the rest of the frame.
   virtual void set_ground(const Ground& ground) = 0;
-  /// Terrain rules of the frame's stereo grids; valid until finish(). Without a call: none.
+  /// Terrain rules of the frame's stereo grids; valid until finish(). Without a call: none. External disparities are
+  /// split again, by their surfaces on the relief.
   virtual void set_rules(const TerrainRules& rules) = 0;
   /// Blur of the obstacles (blur_of) in observe().
   virtual void set_blur(float blur_px) = 0;
@@ -85,8 +87,6 @@ class Stages {
   virtual bool is_lost() = 0;
   /// Valid at the pixels of MatchLattice only.
   virtual const Matches& matches_on_lattice() = 0;
-  /// All pixels. External disparities are not split into road and obstacle.
-  virtual const Matches& unsplit_matches() = 0;
   /// (H, W) px, 0 = none.
   virtual View<const float> obstacle_disparity() = 0;
   virtual View<const float> road_disparity() = 0;

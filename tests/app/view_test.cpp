@@ -30,6 +30,8 @@ TEST(UnreadParameters, HaveAReason) {
   EXPECT_EQ(why("u_disparity.obstacle_height_m"), "");
   EXPECT_EQ(why("matching.external_sigma_px"), "disparities or depth as input");
   EXPECT_EQ(why("matching.external_sigma_px", {true, false}), "");
+  EXPECT_EQ(why("matching.external_sigma_per_m"), "disparities or depth as input");
+  EXPECT_EQ(why("filter.scene_flow", {true, false}), "");
   EXPECT_EQ(why("matching.uniqueness"), "");
   EXPECT_EQ(why("matching.uniqueness", {true, false}), "right images as input");
   EXPECT_EQ(why("fusion.stereo_confidence", {false, true}), "");

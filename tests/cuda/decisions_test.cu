@@ -96,6 +96,50 @@ TEST(what_cannot_be_relied_on_is_unknown) {
   }
 }
 
+// Matched again on the slope: the host must not go on with the matches of the plane.
+TEST(a_slope_that_fills_the_view) {
+  const Street level{small_rig()};
+  const Street slope{small_rig(), 0.12};
+  Pair pair{small_config(), small_rig()};
+  int index{0};
+  for (; index < 3; ++index) pair.run(level.frame(index));
+  const double road_density{pair.law.result.road_density};
+  for (; index < 6; ++index) {
+    pair.run(slope.frame(index));
+    CHECK(pair.law.result.status.empty());
+    CHECK(pair.law.result.road_density > 0.7 * road_density);
+    CHECK_EQUAL(pair.law.result.ground.pitch_rad, 0.0);
+  }
+  const Image<float>& elevation_m{pair.law.result.elevation_m};
+  CHECK(std::ranges::any_of(elevation_m, [](float z) { return z > 0.3f; }));
+}
+
+/// External disparities of an edge 5 m ahead with a floor 1 m lower.
+StereoFrame edge(int index) {
+  StereoFrame frame{Street{small_rig()}.frame(index)};
+  frame.right = {};
+  frame.disparity = Image<float>{width, height};
+  const Rig rig{small_rig()};
+  const RoadPlane floor{road_plane(rig, {rig.camera_height_m})};
+  const double edge_px{rig.focal_px * rig.baseline_m / 5};
+  for (int v{0}; v < height; ++v) {
+    for (int u{0}; u < width; ++u) {
+      const double near_px{std::max(floor.disparity(u, v), 0.0)};
+      const double lower{rig.camera_height_m / (rig.camera_height_m + 1)};
+      frame.disparity(u, v) = static_cast<float>(near_px > edge_px ? near_px : lower * near_px);
+    }
+  }
+  return frame;
+}
+
+TEST(an_edge_in_external_disparities) {
+  Pair pair{small_config(), small_rig()};
+  for (int index{0}; index < 4; ++index) pair.run(edge(index));
+  const FrameResult& result{pair.law.result};
+  CHECK(std::ranges::count(result.terrain, TerrainClass::drop) > 3);
+  CHECK(std::ranges::any_of(result.obstacles, [](const Obstacle& one) { return one.kind == ObstacleKind::drop; }));
+}
+
 TEST(a_drive_that_begins_with_nothing) {
   const Street street{small_rig()};
   Pair pair{small_config(), small_rig()};

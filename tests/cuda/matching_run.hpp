@@ -225,8 +225,14 @@ inline void check_given(const Rig& rig, const Ground& ground) {
   split(reference, disparity.view(), rig, ground, config, expected);
   split(cuda, given.view(), rig, on_device.data(), config, found);
   check_same(expected, cuda, found);
-  leave_whole(disparity.view(), config, expected);
-  leave_whole(cuda, given.view(), config, found);
+  Image<std::int16_t> rows{2 * config.disparities, relief_sectors(rig.width_px)};
+  for (std::int16_t& raised : rows) raised = static_cast<std::int16_t>(uniform(generator, 9) - 4);
+  DeviceImage<std::int16_t> rows_on_device{rows.width(), rows.height()};
+  put(cuda, rows, rows_on_device);
+  const Relief<Device> relief{std::as_const(rows_on_device).view()};
+  Image<float> heights{rig.width_px, rig.height_px};
+  split_surfaces(reference, disparity.view(), rig, ground, {std::as_const(rows).view()}, config, heights, expected);
+  split_surfaces(cuda, given.view(), rig, on_device.data(), relief, config, found);
   check_same(expected, cuda, found);
 }
 

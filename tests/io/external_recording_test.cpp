@@ -102,6 +102,23 @@ TEST_F(GivenRecording, AnyLayoutTakesAFolder) {
   EXPECT_EQ(pair->load(0).disparity(0, 0), 4.0F);
 }
 
+TEST_F(GivenRecording, RightImagesMayComeBesideDisparities) {
+  put_odometry(folder_ / "odometry");
+  put_disparities("given", {"000046", "000047", "000048"});
+  InputArguments arguments{{folder_ / "odometry"}, {}, ""};
+  arguments.with_right = true;
+  expect_complaint<ConfigError>([&] { static_cast<void>(open_recording(arguments)); },
+                                {"--with-right needs --disparities"});
+  arguments.disparities = folder_ / "given";
+  fs::remove(folder_ / "odometry" / "image_1" / "000048.png");
+  const auto recording{open_recording(arguments)};
+  const StereoFrame frame{recording->load(0)};
+  EXPECT_EQ(frame.disparity(0, 0), 3.0F);
+  EXPECT_EQ(frame.right, open_recording({{folder_ / "odometry"}, {}, ""})->load(0).right);
+  EXPECT_THAT(recording->contents().notes, Contains(HasSubstr("right images for features")));
+  EXPECT_THROW(static_cast<void>(recording->load(2)), InputError) << "its right image is missing";
+}
+
 TEST_F(GivenRecording, AMissingOneIsThatFramesError) {
   put_plain_given();
   fs::remove(folder_ / "disparity" / "b.png");

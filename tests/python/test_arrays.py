@@ -99,6 +99,14 @@ def test_disparity_and_depth(scene: sg.Recording, frames: list[sg.Frame]) -> Non
     np.testing.assert_array_equal(occupancy(scene, frames[0].left, depth=millimetres, depth_scale=1000), by_millimetres)
 
 
+def test_disparity_beside_right(scene: sg.Recording, frames: list[sg.Frame]) -> None:
+    first = frames[0]
+    assert first.truth.disparity is not None and first.right is not None
+    by_disparity = occupancy(scene, first.left, disparity=first.truth.disparity)
+    both = occupancy(scene, first.left, first.right, disparity=first.truth.disparity)
+    np.testing.assert_array_equal(both, by_disparity)  # without a frame before, nothing has been tracked
+
+
 def test_other_grids(scene: sg.Recording, frames: list[sg.Frame]) -> None:
     frame = scene[0]
     assert frame.right is not None and frame.other_grids == []
@@ -155,10 +163,10 @@ def test_bad_disparities(pipeline: sg.Pipeline, frames: list[sg.Frame]) -> None:
         pipeline.process(left, depth=left)
     with pytest.raises(ValueError, match="depth_scale: 0"):
         pipeline.process(left, depth=left.astype(np.uint16), depth_scale=0)
-    with pytest.raises(TypeError, match="exactly one of right, disparity and depth"):
+    with pytest.raises(TypeError, match="give right, disparity or depth"):
         pipeline.process(left)
-    with pytest.raises(TypeError, match="exactly one of right, disparity and depth"):
-        pipeline.process(left, left, disparity=left)
+    with pytest.raises(TypeError, match="disparity and depth exclude each other"):
+        pipeline.process(left, disparity=left, depth=left)
     with pytest.raises(sg.InputError):
         pipeline.process(left, disparity=np.ones((3, 3), np.float32))
 

@@ -56,9 +56,11 @@ std::string why_unread(const Config& config, std::string_view key, const InputUs
            "ground.estimate=true"},
       Rule{{"filter.decay_time_in_view_s"}, config.filter.model == FilterModel::joint, "filter.model=joint"},
       Rule{{"matching.texture", "matching.cost_limit"}, is_correlated, "matching.method=correlation"},
-      Rule{{"matching.external_sigma_px"}, input.has_disparities, "disparities or depth as input"},
+      Rule{{"matching.external_sigma_px", "matching.external_sigma_per_m"},
+           input.has_disparities,
+           "disparities or depth as input"},
       Rule{{"matching.method", "matching.align_rows", "matching.uniqueness", "matching.texture", "matching.cost_limit",
-            "matching.left_right_px", "matching.subpixel", "filter.scene_flow"},
+            "matching.left_right_px", "matching.subpixel"},
            !input.has_disparities,
            "right images as input"},
       Rule{{"fusion.stereo_confidence"}, input.is_fused, "grids of another source (--fuse)"}};

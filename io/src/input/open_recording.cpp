@@ -51,7 +51,8 @@ void note_disparities(RecordingContents& contents) {
         contents.has_depth
             ? fmt::format("depth: given in {}, no matching; {:g} units of whole numbers are a metre (--depth-scale)",
                           printable_path(contents.disparities), contents.depth_units_per_m)
-            : fmt::format("disparities: given in {}, no matching", printable_path(contents.disparities)));
+            : fmt::format("disparities: given in {}, no matching{}", printable_path(contents.disparities),
+                          contents.frames.front().right.empty() ? "" : "; right images for features"));
   } else if (contents.kind == name_of(InputKind::plain_folder) && fs::is_directory(own)) {
     contents.notes.push_back(
         fmt::format("disparities: those in {} are not taken, since there are right images "
@@ -121,7 +122,11 @@ RecordingContents look_at(const InputArguments& arguments) {
   if (arguments.depth && arguments.disparities) {
     throw ConfigError{"--depth and --disparities are given: one of them takes the place of the right images."};
   }
-  const InputLayout layout{recognise(arguments.paths, arguments.depth ? arguments.depth : arguments.disparities)};
+  if (arguments.with_right && !arguments.disparities) {
+    throw ConfigError{"--with-right needs --disparities: it adds the right images to disparities from files."};
+  }
+  InputLayout layout{recognise(arguments.paths, arguments.depth ? arguments.depth : arguments.disparities)};
+  layout.with_right = arguments.with_right;
   RecordingContents contents;
   contents.kind = name_of(layout.kind);
   contents.root = layout.root;

@@ -153,7 +153,8 @@ void Recording::load_files(const RecordedFrame& source, ImagePair& pair, StereoF
     image = contents_.has_depth ? read_depth(source.disparity, contents_.depth_units_per_m)
                                 : read_disparity(source.disparity);
     need_equal_size(pair.left, source.left, image, source.disparity);
-  } else {
+  }
+  if (!source.right.empty()) {
     need(source.right, source.right_exists, "right");
     read_into(source.right, pair.right, pair.right_bits);
     need_equal_size(pair.left, source.left, pair.right, source.right);

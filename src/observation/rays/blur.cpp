@@ -52,4 +52,8 @@ float blur_of(const Matches& matches, int window_px) {
                     widest_blur_px);
 }
 
+float blur_of(double sigma_px) {
+  return std::clamp(3 * static_cast<float>(sigma_px), narrowest_blur_px, widest_blur_px);
+}
+
 }  // namespace stereogrid

@@ -56,6 +56,8 @@ struct RaySpace {
 /// Half of the depth, in px of disparity, over which noise spreads the pixels of an obstacle: three standard deviations
 /// of the disparities on MatchLattice. At most `widest_blur_px`, its value with too few obstacle pixels.
 float blur_of(const Matches& matches, int window_px);
+/// The same of disparities with this standard deviation, px.
+float blur_of(double sigma_px);
 
 /// Counts where the rays of all pixels end, from disparity images.
 void count_rays(Cpu& cpu, const Matches& matches, const Rig& rig, const Ground& ground, const UDisparityConfig& config,

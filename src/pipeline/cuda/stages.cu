@@ -50,7 +50,6 @@ void CudaStages::load_kernels() {
     enqueue_match();
     enqueue_ground();
   }
-  leave_whole(cuda_, device_.given.view(), config_.matching, device_.matches);
   has_other_grids_ = true;
   for (const bool is_usable : {false, true}) enqueue_observation(is_usable);
   has_other_grids_ = false;
@@ -113,16 +112,31 @@ void CudaStages::match(const Ground& expected, const Ground& previous, const Row
   frame.prior = prior_of(rig_, config_.ground, previous, dt_s_);
   frame.rows = {rows.offsets(), rows.is_identity() ? 1 : 0};
   perform(match_graphs_[is_given_ ? 1 : 0], [this] { enqueue_match(); });
-  is_lattice_taken_ = false;
+  is_answer_fetched_ = is_lattice_taken_ = false;
 }
 
 void CudaStages::estimate_ground() {
   perform(ground_graphs_[is_given_ ? 1 : 0], [this] { enqueue_ground(); });
   times_.mark(cuda_, StreamTimes::answered);
+  is_answer_fetched_ = true;
+}
+
+void CudaStages::fetch_answer() {
+  enqueue_answer();
+  times_.mark(cuda_, StreamTimes::answered);
+  is_answer_fetched_ = true;
+  is_lattice_taken_ = false;
+}
+
+// The device may have matched again since the last download. Any thread may call this.
+void CudaStages::wait_for_answer() {
+  cuda_.use();
+  if (!is_answer_fetched_) fetch_answer();
+  times_.wait_for(StreamTimes::answered);
 }
 
 void CudaStages::set_ground(const Ground& ground) {
-  times_.wait_for(StreamTimes::answered);
+  wait_for_answer();
   host_.answer().ground = ground;
   upload(cuda_, &host_.answer().ground, 1, &device_.answer()->ground);
 }
@@ -136,6 +150,12 @@ void CudaStages::set_rules(const TerrainRules& rules) {
   }
   put(rules.vehicle, host_.vehicle_rules.data());
   put(rules.window, host_.window_rules.data());
+  if (is_given_) {
+    split_surfaces(cuda_, device_.given.view(), rig_, &device_.answer()->ground, device_.rays.relief_view(),
+                   config_.matching, device_.matches);
+    clear_masked();
+    fetch_answer();
+  }
 }
 
 void CudaStages::set_blur(float blur_px) {
@@ -174,13 +194,13 @@ void CudaStages::enqueue_match() {
   times_.mark(cuda_, StreamTimes::uploaded);
   const FrameOnDevice* frame{device_.frame()};
   if (is_given_) {
-    split(cuda_, device_.given.view(), rig_, &frame->expected, config_.matching, device_.matches);
+    split_given(&frame->expected);
   } else {
     align_rows(cuda_, device_.right.view(), &frame->rows, device_.aligned.view());
     stereogrid::match(cuda_, device_.left.view(), device_.aligned.view(), &frame->plane, config_.matching,
                       device_.matching, device_.matches);
+    clear_masked();
   }
-  clear_masked();
   times_.mark(cuda_, StreamTimes::matched);
 }
 
@@ -190,12 +210,18 @@ void CudaStages::enqueue_ground() {
   DeviceMatches& matches{device_.matches};
   stereogrid::estimate_ground(cuda_, rig_, config_.ground, matches.obstacle.view(), matches.road.view(), &frame->prior,
                               device_.ground, &answer->ground, &answer->is_lost);
-  if (is_given_) {  // splitting is cheap, and the plane is better now
-    split(cuda_, device_.given.view(), rig_, &answer->ground, config_.matching, matches);
-    clear_masked();
-  }
+  if (is_given_) split_given(&answer->ground);  // splitting is cheap, and the plane is better now
+  enqueue_answer();
+}
+
+void CudaStages::enqueue_answer() {
   device_.fetch_answer(cuda_, host_);
   times_.mark(cuda_, StreamTimes::ground_known);
+}
+
+void CudaStages::split_given(const Ground* ground) {
+  split(cuda_, device_.given.view(), rig_, ground, config_.matching, device_.matches);
+  clear_masked();
 }
 
 void CudaStages::enqueue_observation(bool is_usable) {
@@ -264,17 +290,17 @@ void CudaStages::enqueue_filter() {
 }
 
 Ground CudaStages::ground() {
-  times_.wait_for(StreamTimes::answered);
+  wait_for_answer();
   return host_.answer().ground;
 }
 
 bool CudaStages::is_lost() {
-  times_.wait_for(StreamTimes::answered);
+  wait_for_answer();
   return host_.answer().is_lost != 0;
 }
 
 const Matches& CudaStages::matches_on_lattice() {
-  times_.wait_for(StreamTimes::answered);
+  wait_for_answer();
   if (!is_lattice_taken_) scatter_lattice();
   is_lattice_taken_ = true;
   return matches_;
@@ -293,29 +319,18 @@ void CudaStages::scatter_lattice() {
   }
 }
 
-const Matches& CudaStages::unsplit_matches() {
-  synchronize();
-  if (is_given_) {
-    leave_whole(cuda_, device_.given.view(), config_.matching, device_.matches);
-    clear_masked();
-  }
-  download(cuda_, device_.matches.obstacle.data(), matches_.obstacle.size(), matches_.obstacle.data());
-  download(cuda_, device_.matches.road.data(), matches_.road.size(), matches_.road.data());
-  synchronize();
-  return matches_;
-}
-
 View<const float> CudaStages::obstacle_disparity() {
-  times_.wait_for(StreamTimes::answered);
+  wait_for_answer();
   return {host_.obstacle(), rig_.width_px, rig_.height_px, rig_.width_px};
 }
 
 View<const float> CudaStages::road_disparity() {
-  times_.wait_for(StreamTimes::answered);
+  wait_for_answer();
   return {host_.road(), rig_.width_px, rig_.height_px, rig_.width_px};
 }
 
 void CudaStages::finish() {
+  wait_for_answer();
   synchronize();
   Stopwatch watch;
   const FrameFromDevice& answer{host_.answer()};

@@ -35,7 +35,6 @@ class CudaStages final : public Stages {
   Ground ground() override;
   bool is_lost() override;
   const Matches& matches_on_lattice() override;
-  const Matches& unsplit_matches() override;
   View<const float> obstacle_disparity() override;
   View<const float> road_disparity() override;
 
@@ -58,12 +57,16 @@ class CudaStages final : public Stages {
   void perform(Graph& graph, const Work& work);
   void enqueue_match();
   void enqueue_ground();
+  void enqueue_answer();
+  void split_given(const Ground* ground);
   void enqueue_observation(bool is_usable);
   void count();
   void project();
   void fuse();
   void enqueue_filter();
   void scatter_lattice();
+  void fetch_answer();
+  void wait_for_answer();
   void clear_masked();
 
   const CudaBytes allocated_before_{cuda_bytes_allocated()};  // before the other members are
@@ -90,6 +93,7 @@ class CudaStages final : public Stages {
   double dt_s_{0};                 ///< since the frame before
   bool is_at_work_{false};         ///< since the last synchronize()
   bool are_grids_in_work_{false};  ///< the device may be reading the host's grids
+  bool is_answer_fetched_{false};  ///< the host's matches are those of the device
   bool is_lattice_taken_{false};
 
   // between frames

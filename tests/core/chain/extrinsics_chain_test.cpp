@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "chain_run.hpp"
+#include "ground/model.hpp"
+#include "matching/matching.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/level_mapping.hpp"
 #include "stereogrid/pipeline.hpp"
@@ -66,6 +68,25 @@ TEST(ExtrinsicsChain, IsFoundInThreeFramesOfWhichNothingIsKnown) {
   EXPECT_NEAR(found.camera_roll_rad / degree, 0, 0.3);
   EXPECT_EQ(LevelMapping{drive.pipeline.next_rig()}.level_rig().camera_pitch_rad, 0);
   for (std::size_t frame{3}; frame < 6; ++frame) EXPECT_TRUE(drive.step(frame).status.empty());
+}
+
+// Also of frames that were matched again to verify a plane, and rejected.
+TEST(ExtrinsicsChain, TheGroundOfAResultIsThatOfItsDisparities) {
+  WrongRig drive;
+  for (std::size_t frame{0}; frame < 5; ++frame) {
+    const FrameResult& result{drive.step(frame)};
+    const RoadPlane plane{road_plane(result.level_rig, result.ground)};
+    int road{0};
+    for (int v{0}; v < result.stages.road_disparity.height(); ++v) {
+      for (int u{0}; u < result.stages.road_disparity.width(); ++u) {
+        const float d{result.stages.road_disparity(u, v)};
+        if (!(d > 0)) continue;
+        ++road;
+        ASSERT_NEAR(d, plane.disparity(u, v), road_margin_px + 1) << frame << ": " << u << ", " << v;
+      }
+    }
+    EXPECT_GT(road, 1000) << frame;
+  }
 }
 
 TEST(ExtrinsicsChain, GoesOnAsIfItHadBeenGiven) {

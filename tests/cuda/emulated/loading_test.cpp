@@ -142,6 +142,26 @@ TEST_F(CudaLoading, AutomaticLeavesPredictionsToTheCpu) {
   EXPECT_THAT(pipeline.why_not_cuda(), HasSubstr("Predictions"));
 }
 
+TEST_F(CudaLoading, AutomaticContinuesOnTheCpuWhereTheGpuIsLost) {
+  use_library(EMULATED_LIBRARY);
+  const Street street{small_rig()};
+  Pipeline pipeline{small_config(), small_rig(), {.back_end = BackEnd::automatic}};
+  Pipeline cuda{small_config(), small_rig(), {.back_end = BackEnd::cuda}};
+  Pipeline fresh{small_config(), small_rig(), {.back_end = BackEnd::cpu}};
+  for (int index{0}; index < 2; ++index) {
+    EXPECT_TRUE(pipeline.process(street.frame(index)).status.empty());
+    cuda.process(street.frame(index));
+  }
+  lack("device");
+  EXPECT_THROW(cuda.process(street.frame(2)), DeviceError) << "asked for by name";
+  const FrameResult& lost{pipeline.process(street.frame(2))};
+  EXPECT_EQ(lost.status, std::vector{FrameStatus::gpu_lost});
+  EXPECT_THAT(lost.warnings.back(), HasSubstr("no CUDA-capable device is detected"));
+  EXPECT_EQ(pipeline.back_end(), BackEnd::cpu);
+  EXPECT_EQ(lost.observed, fresh.process(street.frame(2)).observed);
+  EXPECT_TRUE(pipeline.process(street.frame(3)).status.empty());
+}
+
 TEST_F(CudaLoading, AutomaticTakesTheGpu) {
   use_library(EMULATED_LIBRARY);
   const Pipeline pipeline{small_config(), small_rig(), {.back_end = BackEnd::automatic}};

@@ -32,6 +32,7 @@ struct InputArguments {
   std::optional<double> depth_units_per_m{};           ///< depth in integers; none: 1000, for TUM's folders 5000
   std::optional<std::filesystem::path> mask{};         ///< image for read_mask, instead of the calibration's
   std::optional<ImageLayout> layout{};                 ///< images that show both cameras; none: automatic
+  bool with_right{false};  ///< `disparities` beside the right images, in which features are tracked
 };
 
 /// A frame of a recording as it lies on the disk.
@@ -44,7 +45,7 @@ struct RecordedFrame {
   bool right_exists{true};     ///< or the disparity image
   std::filesystem::path scan;  ///< lidar sweep (float32 x, y, z, reflectance); empty: none
   std::optional<Pose2> world_from_vehicle;
-  std::filesystem::path disparity;  ///< instead of `right`, which is then empty
+  std::filesystem::path disparity;  ///< instead of `right`, or beside it (InputArguments::with_right)
 };
 
 /// Both images of a frame as the cameras gave them, 8-bit grey. `…_bits`: ScaledImage::bits.

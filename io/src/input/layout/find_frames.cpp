@@ -139,7 +139,12 @@ Sides sides_of(const InputLayout& layout) {
   if (is_one_folder) pair_single(sides.left.images, sides.disparities.images);
   pair_by_stamps(sides.left.images, sides.disparities.images, farthest_depth_ns);
   // the drive's lines of poses and stamps belong to the frames of either camera
-  if (fs::is_directory(layout.right)) sides.right = {layout.right, images_in(layout.right, image_extensions)};
+  if (layout.with_right) {
+    sides.right = side_of(layout.right, image_extensions, mend);
+    pair_by_stamps(sides.left.images, sides.right.images, farthest_right_ns);
+  } else if (fs::is_directory(layout.right)) {
+    sides.right = {layout.right, images_in(layout.right, image_extensions)};
+  }
   return sides;
 }
 
@@ -170,6 +175,10 @@ std::vector<RecordedFrame> find_frames(const InputLayout& layout) {
     frame.left_exists = sides.left.images.contains(name);
     frame.right_exists = sides.second().images.contains(name);
     (layout.disparities.empty() ? frame.right : frame.disparity) = sides.second().path_of(name);
+    if (layout.with_right) {
+      frame.right = sides.right.path_of(name);
+      frame.right_exists = frame.right_exists && sides.right.images.contains(name);
+    }
     const auto scan{layout.scans / (frame.left.stem().string() + ".bin")};
     std::error_code error;  // a file that cannot be opened, such as a link without a target, is reported on reading
     const bool is_listed{fs::symlink_status(scan, error).type() != fs::file_type::not_found};

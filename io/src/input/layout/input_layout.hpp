@@ -25,6 +25,7 @@ struct InputLayout {
   KittiPair pair{KittiPair::grey};
   std::filesystem::path disparities{};  ///< folder that stands in for the right images
   bool is_shared{false};                ///< each image shows both cameras; `left` is the folder of all
+  bool with_right{false};               ///< `disparities` come beside the right images
 };
 
 /// "KITTI odometry sequence" and so on.

@@ -100,9 +100,7 @@ struct FallingRoad {
       }
     }
   }
-  [[nodiscard]] double width_m() const {
-    return width_falling_away({left.view(), left.view(), {}, matches}, rig, road);
-  }
+  [[nodiscard]] double width_m() const { return width_falling_away({left.view(), left.view(), matches}, rig, road); }
 
   RoadPlane road{plane_of(1.0)};
   Image<std::uint8_t> left{rig.width_px, rig.height_px};
@@ -127,7 +125,7 @@ TEST(TextureMatched, CountsPixelsWithTexture) {
       matches.road(u, v) = 10;
     }
   }
-  const MatchedFrame frame{left.view(), left.view(), {}, matches};
+  const MatchedFrame frame{left.view(), left.view(), matches};
   EXPECT_EQ(share_of_texture_matched(frame, 0, plane_of(1.0), 128), 1);
   matches.road.fill(0);
   EXPECT_EQ(share_of_texture_matched(frame, 0, plane_of(1.0), 128), 0);

@@ -4,8 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <random>
 
 #include "backend/cpu.hpp"
 #include "backend/reference.hpp"
@@ -65,8 +68,8 @@ TEST(Given, LabelsByTheHeightAboveTheRoad) {
       EXPECT_EQ(label_at(0.16), Label::obstacle);
       EXPECT_EQ(label_at(0.8), Label::obstacle);
       EXPECT_EQ(label_at(-0.14), Label::road);
-      EXPECT_EQ(label_at(-0.16), Label::none) << "under the road: wrong";
-      EXPECT_EQ(label_at(-3), Label::none);
+      EXPECT_EQ(label_at(-0.16), Label::obstacle) << "below the road";
+      EXPECT_EQ(label_at(-3), Label::obstacle);
     }
   }
 }
@@ -82,10 +85,10 @@ TEST(Given, FarAwayNoiseDecides) {
   const Rig rig{small_kitti_rig()};
   const HeightTest test{rig, Ground{1.6, 0, 0, true}, config_for(0.7)};
   const float r{5};  // 0.15 m are only 0.5 px there
-  EXPECT_FALSE(test.is_above(r + 1.39f, r, 0));
-  EXPECT_TRUE(test.is_above(r + 1.41f, r, 0));
-  EXPECT_FALSE(test.is_below(r - 1.39f, r, 0));
-  EXPECT_TRUE(test.is_below(r - 1.41f, r, 0));
+  EXPECT_TRUE(test.is_on_road(r + 1.39f, r, 0));
+  EXPECT_FALSE(test.is_on_road(r + 1.41f, r, 0));
+  EXPECT_TRUE(test.is_on_road(r - 1.39f, r, 0));
+  EXPECT_FALSE(test.is_on_road(r - 1.41f, r, 0));
 }
 
 struct PlaneSigmas {
@@ -99,7 +102,7 @@ double margin(const Rig& rig, double height_m, const PlaneSigmas& sigmas, double
   ground.height_sigma_m = sigmas.height_m;
   ground.pitch_sigma_rad = sigmas.pitch_rad;
   ground.roll_sigma_rad = sigmas.roll_rad;
-  const HeightTest test{rig, ground, config_for(0)};
+  const HeightTest test{rig, ground, config_for(1e-7)};
   return std::sqrt(test.margin2(static_cast<float>(r), static_cast<float>(x)));
 }
 
@@ -139,7 +142,7 @@ TEST(Given, ALowCameraKeepsItsObstaclesAboveTheHorizonOnly) {
   Ground ground{fitted_ground()};
   ground.height_m = 0.1;  // lower than what counts as road
   const MatchingConfig config{config_for(0.3)};
-  EXPECT_EQ(label_of(rig, ground, config, 300, 150, disparity_at(rig, ground, 300, 150, 0.05) / 4), Label::none);
+  EXPECT_EQ(label_of(rig, ground, config, 300, 150, disparity_at(rig, ground, 300, 150, 0.05) / 4), Label::obstacle);
   EXPECT_EQ(label_of(rig, ground, config, 300, 88, 60), Label::road) << "nothing on a ray to the ground is higher";
   EXPECT_EQ(label_of(rig, ground, config, 300, 20, 60), Label::obstacle);
 }
@@ -171,37 +174,90 @@ Image<float> random_disparities(const Rig& rig, unsigned seed) {
   return disparity;
 }
 
-TEST(Given, ThreadsChangeNothing) {
+TEST(Given, ThreadsAndVectorsChangeNothing) {
   Rig rig{small_kitti_rig()};
   rig.width_px = 131;
   rig.height_px = 97;
   const Image<float> disparity{random_disparities(rig, 3)};
   const MatchingConfig config{config_for(0.5)};
+  std::mt19937 generator{5};
+  Image<std::int16_t> rows{2 * config.disparities, relief_sectors(rig.width_px)};
+  for (std::int16_t& raised : rows) raised = static_cast<std::int16_t>(uniform(generator, -4, 4));
   Matches expected{rig.width_px, rig.height_px};
+  Matches expected_surfaces{rig.width_px, rig.height_px};
+  Image<float> heights{rig.width_px, rig.height_px};
   Reference reference;
+  const Relief<Host> relief{rows.view()};
   split(reference, disparity.view(), rig, fitted_ground(), config, expected);
+  split_surfaces(reference, disparity.view(), rig, fitted_ground(), relief, config, heights, expected_surfaces);
   for (const int threads : {1, 2}) {
     Cpu cpu{threads};
     Matches matches{rig.width_px, rig.height_px};
     split(cpu, disparity.view(), rig, fitted_ground(), config, matches);
     EXPECT_EQ(count_differences(matches.road, expected.road), 0);
     EXPECT_EQ(count_differences(matches.obstacle, expected.obstacle), 0);
+    split_surfaces(cpu, disparity.view(), rig, fitted_ground(), relief, config, heights, matches);
+    EXPECT_EQ(count_differences(matches.road, expected_surfaces.road), 0);
+    EXPECT_EQ(count_differences(matches.obstacle, expected_surfaces.obstacle), 0);
   }
 }
 
-TEST(Given, LeftWholeEverythingUsableIsObstacle) {
-  Rig rig{small_kitti_rig()};
-  const Image<float> disparity{random_disparities(rig, 4)};
-  MatchingConfig config{config_for(0.5)};
-  config.disparities = 64;
-  Matches matches{rig.width_px, rig.height_px};
-  matches.road.fill(1);
-  leave_whole(disparity.view(), config, matches);
-  for (std::size_t i{0}; i < disparity.size(); ++i) {
-    const float d{disparity.data()[i]};
-    EXPECT_EQ(matches.obstacle.data()[i], d >= 0.5f && d < 63.5f ? d : 0.0f);
-    EXPECT_EQ(matches.road.data()[i], 0);
+/// A board that stands on the road, with noise of the disparities, and its labels.
+struct Board {
+  static constexpr int first_u{280};
+  static constexpr int end_u{320};
+  static constexpr int foot_v{130};
+
+  explicit Board(double noise_px, int raised_rows = 0) {
+    std::mt19937 generator{11};
+    const RoadPlane plane{road_plane(rig, fitted_ground())};
+    for (int v{0}; v < rig.height_px; ++v) {
+      for (int u{0}; u < rig.width_px; ++u) {
+        const int row{u >= first_u && u < end_u && v < foot_v ? foot_v : v};
+        const double d{plane.disparity(u, row + raised_rows) + uniform(generator, -noise_px, noise_px)};
+        disparity(u, v) = static_cast<float>(std::max(d, 0.0));
+      }
+    }
+    Image<std::int16_t> rows{256, relief_sectors(rig.width_px)};
+    rows.fill(static_cast<std::int16_t>(raised_rows));
+    Image<float> heights{rig.width_px, rig.height_px};
+    Cpu cpu{1};
+    split_surfaces(cpu, disparity.view(), rig, fitted_ground(), {rows.view()}, config_for(0), heights, matches);
   }
+
+  /// Share of obstacle pixels in rows first … end − 1 of the board's columns.
+  [[nodiscard]] double obstacles(int first_v, int end_v) const {
+    int count{0};
+    for (int v{first_v}; v < end_v; ++v) {
+      for (int u{first_u + 1}; u < end_u - 1; ++u) count += matches.obstacle(u, v) > 0 ? 1 : 0;
+    }
+    return count / (1.0 * (end_v - first_v) * (end_u - first_u - 2));
+  }
+
+  Rig rig{small_kitti_rig()};
+  Image<float> disparity{rig.width_px, rig.height_px};
+  Matches matches{rig.width_px, rig.height_px};
+};
+
+TEST(Given, FeetOfObstaclesAreUprightAndNoisyGroundIsRoad) {
+  for (const double noise_px : {0.0, 0.3, 0.6}) {
+    for (const int raised_rows : {0, 12, -12}) {  // a ramp's
+      const Board board{noise_px, raised_rows};
+      EXPECT_GT(board.obstacles(Board::foot_v - 20, Board::foot_v - 2), 0.95) << noise_px << " " << raised_rows;
+      EXPECT_LT(board.obstacles(Board::foot_v + 3, board.rig.height_px), 0.05) << noise_px << " " << raised_rows;
+    }
+  }
+}
+
+TEST(Given, StepOfRoundedDisparities) {
+  const Rig rig{small_kitti_rig()};
+  for (const double step : {1.0, 0.5, 0.25}) {
+    Image<float> disparity{random_disparities(rig, 4)};
+    for (float& d : disparity) d = static_cast<float>(std::round(d / step) * step);
+    EXPECT_EQ(step_of(disparity.view()), step);
+  }
+  EXPECT_EQ(step_of(random_disparities(rig, 4).view()), 0);
+  EXPECT_EQ(step_of({}), 0);
 }
 
 }  // namespace

@@ -31,7 +31,13 @@ class Street {
     const double disparity{rig.focal_px * rig.baseline_m / wall.x};
     const Image<std::uint8_t> left{view_of(wall, 0)};
     const Image<std::uint8_t> right{view_of(wall, disparity, right_rows_off)};
-    const FlowFrame frame{left.view(), right.view(), {}, {vehicle_mps_ * t_s, 0, 0}, frame_ == 0 ? 0 : dt_s};
+    FlowFrame frame{left.view(), right.view(), {}, {vehicle_mps_ * t_s, 0, 0}, frame_ == 0 ? 0 : dt_s};
+    Image<float> external{rig.width_px, rig.height_px};
+    external.fill(static_cast<float>(disparity));
+    if (is_external) {
+      frame.right = {};
+      frame.disparity = external.view();
+    }
     Matches matches{rig.width_px, rig.height_px};
     for (int v{first_matched_row}; v < std::min(end_of_matched_rows, rig.height_px); ++v) {
       std::fill_n(matches.obstacle.row(v), rig.width_px, static_cast<float>(disparity + 0.2));  // as matching errs
@@ -44,6 +50,7 @@ class Street {
 
   Rig rig{small_kitti_rig()};
   int right_rows_off{0};
+  bool is_external{false};  ///< disparities in place of the right image
   int first_matched_row{0};
   int end_of_matched_rows{rig.height_px};
   /// Grey level by the place on the wall, in 40ths of a metre.
@@ -74,6 +81,18 @@ double median(const std::vector<FlowVector>& vectors, double Point2::*axis) {
   for (const FlowVector& vector : vectors) values.push_back(vector.velocity.*axis);
   std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
   return values[values.size() / 2];
+}
+
+TEST(SceneFlow, MeasuresVelocitiesByExternalDisparities) {
+  for (const Point2 velocity : {Point2{0, 0}, Point2{0, 3}, Point2{-5, 0}, Point2{4, 1.5}}) {
+    Street street{{12, 0}, velocity};
+    street.is_external = true;
+    SceneFlow flow{street.rig};
+    for (int i{0}; i < 5; ++i) street.step(flow);
+    ASSERT_GT(flow.vectors().size(), 20U);
+    EXPECT_NEAR(median(flow.vectors(), &Point2::x), velocity.x, 0.05);
+    EXPECT_NEAR(median(flow.vectors(), &Point2::y), velocity.y, 0.05);
+  }
 }
 
 TEST(SceneFlow, MeasuresVelocities) {
