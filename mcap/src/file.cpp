@@ -15,7 +15,7 @@
 
 #include "crc.hpp"
 #include "stereogrid/error.hpp"
-#include "stereogrid/io/file.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::mcap {

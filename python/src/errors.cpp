@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bindings.hpp"
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/paths.hpp"
 
 namespace stereogrid::python {
 namespace {
@@ -30,7 +31,7 @@ PyObject* add_error(nb::module_& module, const char* name, const char* doc, cons
 
 void translate(const std::exception_ptr& caught, void*) {
   try {
-    std::rethrow_exception(caught);
+    io::with_path_errors([&caught] { std::rethrow_exception(caught); });
   } catch (const ConfigError& error) {
     PyErr_SetString(errors().config, error.what());
   } catch (const InputError& error) {

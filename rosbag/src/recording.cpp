@@ -8,11 +8,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <string_view>
 
 #include "images.hpp"
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/messages/cdr.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"
@@ -30,11 +30,8 @@ bool is_bag_file(const fs::path& path) {
   const bool is_packed{path.extension() == ".zst" || path.extension() == ".zstd"};
   const fs::path extension{is_packed ? path.stem().extension() : path.extension()};
   if (extension == ".mcap" || extension == ".db3" || extension == ".bag") return true;  // .bag: refused with what to do
-  std::array<char, 8> first{};
-  std::error_code error;
-  if (!fs::is_regular_file(path, error)) return false;
-  std::ifstream{path, std::ios::binary}.read(first.data(), first.size());
-  const std::string_view start{first.data(), first.size()};
+  constexpr std::size_t longest_beginning{8};
+  const std::string start{io::first_bytes(path, longest_beginning)};
   return start.starts_with("\x89MCAP0") || start == "SQLite f" || start.starts_with("#ROS");
 }
 
@@ -186,18 +183,13 @@ SecondTopic layout_of(const mcap::Bag& bag, const std::string& name, const Image
 }  // namespace
 
 bool is_bag(const fs::path& path) {
-  std::error_code error;
-  if (!fs::is_directory(path, error)) return is_bag_file(path);
+  if (!io::is_folder(path)) return is_bag_file(path);
   constexpr std::array<const char*, 10> of_others{"left",    "right",    "image_0",  "image_1",  "image_2",
                                                   "image_3", "image_00", "image_01", "image_02", "image_03"};
-  if (std::ranges::any_of(of_others, [&](const char* name) { return fs::is_directory(path / name, error); })) {
+  if (std::ranges::any_of(of_others, [&](const char* name) { return io::is_folder(path / name); })) {
     return false;
   }
-  if (fs::exists(path / "metadata.yaml", error)) return true;
-  for (fs::directory_iterator entry{path, error}; !error && entry != fs::directory_iterator{}; entry.increment(error)) {
-    if (is_bag_file(entry->path())) return true;
-  }
-  return false;
+  return io::is_there(path / "metadata.yaml") || std::ranges::any_of(io::entries_of(path), is_bag_file);
 }
 
 std::unique_ptr<io::Recording> bag_recording(std::unique_ptr<mcap::Bag> bag, const io::InputArguments& arguments,

@@ -89,7 +89,7 @@ TEST_F(Opening, UnreadableFolder) {
   put_plain(folder_ / "drive");
   fs::permissions(folder_.path(), fs::perms::all);
   fs::permissions(folder_ / "drive" / "left", fs::perms::none);
-  EXPECT_EQ(open_as_nobody(folder_.path(), "drive", "left: the folder cannot be read"), 0);
+  EXPECT_EQ(open_as_nobody(folder_.path(), "drive", "left/data: cannot be read (Permission denied)"), 0);
   fs::permissions(folder_ / "drive" / "left", fs::perms::owner_all);
   fs::permissions(folder_ / "drive", fs::perms::none);
   EXPECT_EQ(open_as_nobody(folder_.path(), "drive", "drive: the folder cannot be read"), 0);

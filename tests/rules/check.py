@@ -28,6 +28,10 @@ MACHINE_PATH = re.compile(r"(?<![\w.$}~*/-])/(?:wor[k]|hom[e]/\w+|roo[t]|User[s]
 PUBLIC_HEADER = re.compile(r"((io|odometry|messages|mcap|server|capture|scenes|evaluation)/)?include/stereogrid/.*\.hpp")
 NO_SYMBOL = re.compile(r"[\s#}/)]|(inline|constexpr|template|namespace|using|enum|struct|public|private)\b")
 
+# they report a file system that is away as they report a missing file
+PATH_QUERY = re.compile(r"\b(fs|filesystem)::(exists|is_[a-z_]+|directory_iterator)\b")
+PATH_QUERIES = "io/src/files/paths.cpp"
+
 DIRECT_OUTPUT = re.compile(r"\bfmt::print\b|\bstd::(cout|cerr|clog|printf|puts)\b")
 
 
@@ -145,6 +149,8 @@ def violations(root: Path, names: list[str]) -> list[str]:
                 found.append(f"{name}:{number}: a path of somebody's machine: {line.strip()}")
             if name.startswith(("apps/stereogrid/", "research/")) and DIRECT_OUTPUT.search(line):
                 found.append(f"{name}:{number}: throws or is silent where the stream is full; take console.hpp")
+            if name.startswith(("io/", "mcap/", "rosbag/", "apps/stereogrid/")) and name != PATH_QUERIES and PATH_QUERY.search(line):
+                found.append(f"{name}:{number}: takes a file system that is away for a missing file; take io/paths.hpp")
             include = re.match(r'\s*#\s*include\s*[<"]([^>"]+)[>"]', line) if path.suffix in CODE else None
             if include and (sentence := include_violation(root, name, include[1])):
                 found.append(f"{name}:{number}: {sentence}")

@@ -67,6 +67,13 @@ class Rules(unittest.TestCase):
         self.assertEqual(self.found("apps/stereogrid/run.cpp", 'tell("done");\n'), [])
         self.assertEqual(self.found("examples/small.cpp", 'std::cout << "done";\n'), [])
 
+    def test_paths_are_queried_in_one_place(self):
+        for line in ("if (fs::exists(path, error)) return;", "std::filesystem::directory_iterator entry{folder};"):
+            self.assertEqual(len(self.found("io/src/input/layout.cpp", line + "\n")), 1, line)
+            self.assertEqual(self.found("io/src/files/paths.cpp", line + "\n"), [])
+            self.assertEqual(self.found("tests/io/layout.cpp", line + "\n"), [])
+        self.assertEqual(self.found("io/src/input/layout.cpp", "if (is_there(path)) return;\n"), [])
+
     def test_the_core_knows_only_itself(self):
         self.assert_allowed("src/filter/cpu.cpp", '"filter/filter.hpp"')
         for other in ('"stereogrid/io/npz.hpp"', '"../../io/src/own.hpp"', "<opencv2/core.hpp>", "<fmt/format.h>"):

@@ -14,6 +14,7 @@
 #include "batch/sha256.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::app::batch {
@@ -27,11 +28,6 @@ constexpr std::size_t most_variants{10'000};
 
 bool is_scene(const std::string& path) {
   return path.starts_with("scene:");
-}
-
-bool exists(const std::string& path) {
-  std::error_code error;
-  return fs::exists(path, error);
 }
 
 std::string absolute(const std::string& path) {
@@ -63,7 +59,7 @@ void add_pattern(const std::string& pattern, std::vector<std::string>& paths) {
 }
 
 void add(const std::string& given, std::vector<std::string>& paths) {
-  const bool pattern{!is_scene(given) && !exists(given) && given.find_first_of("*?[") != std::string::npos};
+  const bool pattern{!is_scene(given) && !io::is_there(given) && given.find_first_of("*?[") != std::string::npos};
   if (pattern) {
     add_pattern(given, paths);
   } else {
@@ -72,7 +68,7 @@ void add(const std::string& given, std::vector<std::string>& paths) {
 }
 
 bool is_list(const std::string& given) {
-  return given.starts_with('@') || (!is_scene(given) && given.ends_with(".txt") && !fs::is_directory(given));
+  return given.starts_with('@') || (!is_scene(given) && given.ends_with(".txt") && !io::is_folder(given));
 }
 
 bool is_one_of_many(const fs::path& file) {
@@ -96,9 +92,7 @@ void add_bytes(std::ifstream& file, const fs::path& path, std::uintmax_t count, 
 }
 
 void add_file(const fs::path& path, const std::string& name, DigestOf what, Sha256& digest) {
-  std::error_code error;
-  const std::uintmax_t size{fs::file_size(path, error)};
-  if (error) unreadable(path, error.message());
+  const std::uintmax_t size{fs::file_size(path)};
   digest.add(fmt::format("{}\n{}\n", name, size));
   if (what == DigestOf::names_and_sizes && is_one_of_many(path)) return;
   std::ifstream file{path, std::ios::binary};
@@ -111,14 +105,11 @@ void add_file(const fs::path& path, const std::string& name, DigestOf what, Sha2
 
 std::vector<fs::path> files_below(const fs::path& folder) {
   std::vector<fs::path> files;
-  std::error_code error;
   const auto options{fs::directory_options::follow_directory_symlink};
-  for (fs::recursive_directory_iterator at{folder, options, error}; !error && at != fs::recursive_directory_iterator{};
-       at.increment(error)) {
+  for (fs::recursive_directory_iterator at{folder, options}; at != fs::recursive_directory_iterator{}; ++at) {
     if (at.depth() > 16) unreadable(at->path(), "folders within folders, or a link that goes in a circle");
-    if (at->is_regular_file(error)) files.push_back(at->path().lexically_relative(folder));
+    if (at->is_regular_file()) files.push_back(at->path().lexically_relative(folder));
   }
-  if (error) unreadable(folder, error.message());
   std::sort(files.begin(), files.end());
   return files;
 }
@@ -160,13 +151,11 @@ std::vector<std::string> expand_inputs(const std::vector<std::string>& given) {
 
 std::vector<std::string> drives_within(const fs::path& folder) {
   std::vector<std::string> paths;
-  std::error_code error;
-  for (const fs::directory_entry& entry : fs::directory_iterator{folder, error}) {
-    const std::string ending{entry.path().extension().string()};
+  for (const fs::path& entry : io::entries_of(folder)) {
+    const std::string ending{entry.extension().string()};
     const bool bag{ending == ".mcap" || ending == ".db3"};
-    if (entry.is_directory(error) || bag) paths.push_back(entry.path().string());
+    if (bag || io::is_folder(entry)) paths.push_back(entry.string());
   }
-  std::sort(paths.begin(), paths.end());
   return paths;
 }
 
@@ -183,12 +172,11 @@ std::string DriveNames::name_of(const std::string& input) {
 std::string input_digest(const std::vector<std::string>& paths, DigestOf what) {
   Sha256 digest;
   for (const std::string& path : paths) {
-    std::error_code error;
     if (path.starts_with("scene:")) {
       digest.add(path + '\n');
-    } else if (fs::is_directory(path, error)) {
+    } else if (io::is_folder(path)) {
       for (const fs::path& file : files_below(path)) add_file(fs::path{path} / file, file.string(), what, digest);
-    } else if (fs::exists(path, error)) {
+    } else if (io::is_there(path)) {
       add_file(path, fs::path{path}.filename().string(), what, digest);
     } else {
       unreadable(path, "not there");

@@ -12,6 +12,7 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/json_text.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/run_folder/description.hpp"
 #include "stereogrid/io/text.hpp"
 
@@ -246,7 +247,7 @@ void check_complete(const PlanReader& plan) {
 
 MergedFrames merge(const PlanReader& plan, const MergeOptions& options) {
   std::error_code error;
-  if (fs::is_directory(options.out, error) && !fs::is_empty(options.out, error)) {
+  if (io::has_entries(options.out)) {
     throw ConfigError{fmt::format("{} is not empty. Give another folder.", io::printable_path(options.out))};
   }
   if (!options.allow_missing) check_complete(plan);

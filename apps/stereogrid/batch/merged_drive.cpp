@@ -10,6 +10,7 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/json_text.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::app::batch {
@@ -61,11 +62,10 @@ void DriveRun::add(const fs::path& result) {
   std::ifstream lines{result / "frames.jsonl", std::ios::binary};
   if (lines.peek() != std::ifstream::traits_type::eof()) lines_ << lines.rdbuf();
   for (const char* folder : {"grids", "predictions", "stages", "pictures"}) {
-    std::error_code error;
-    if (!fs::is_directory(result / folder, error)) continue;
+    if (!io::is_folder(result / folder)) continue;
     io::create_folder(folder_ / folder);
-    for (const fs::directory_entry& entry : fs::directory_iterator{result / folder}) {
-      link_or_copy(entry.path(), folder_ / folder / entry.path().filename());
+    for (const fs::path& entry : io::entries_of(result / folder)) {
+      link_or_copy(entry, folder_ / folder / entry.filename());
     }
   }
 }

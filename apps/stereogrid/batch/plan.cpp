@@ -15,6 +15,7 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/json_text.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::app::batch {
@@ -158,8 +159,7 @@ std::string digest_of(const Shard& shard, const Plan& plan) {
 }
 
 PlanWriter::PlanWriter(fs::path folder) : folder_{std::move(folder)} {
-  std::error_code error;
-  if (fs::exists(folder_ / "plan.json", error)) {
+  if (io::is_there(folder_ / "plan.json")) {
     throw ConfigError{
         fmt::format("{} already holds a plan. Give another folder for the new one.", io::printable_path(folder_))};
   }
@@ -203,8 +203,7 @@ void PlanWriter::finish(Plan& plan) {
 
 PlanReader::PlanReader(fs::path folder) : folder_{std::move(folder)} {
   const fs::path file{folder_ / "plan.json"};
-  std::error_code error;
-  if (!fs::exists(file, error)) {
+  if (!io::is_there(file)) {
     throw InputError{io::printable_path(folder_), "holds no plan.",
                      "Give the folder that `stereogrid batch plan --out` has left."};
   }

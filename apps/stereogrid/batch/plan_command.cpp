@@ -18,6 +18,7 @@
 #include "cli/progress.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/config_file.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/pipeline.hpp"
 
@@ -101,8 +102,7 @@ class Planner {
     try {
       add_drive(path);
     } catch (const InputError& error) {
-      std::error_code ignored;
-      const bool folder{!path.starts_with("scene:") && fs::is_directory(path, ignored)};
+      const bool folder{!path.starts_with("scene:") && io::is_folder(path)};
       if (!folder || !add_drives_within(path)) refuse(error.what());
     }
   }

@@ -6,6 +6,7 @@
 
 #include "batch/runner.hpp"
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::app::batch {
@@ -94,11 +95,10 @@ std::string digest_of_input(const InputOptions& input, DigestOf what) {
 }
 
 std::string PlannedInput::missing() const {
-  std::error_code error;
   for (const std::string& path : shard_.input) {
     if (path.starts_with("scene:")) continue;
-    const bool is_empty{fs::is_directory(path, error) && fs::is_empty(path, error)};
-    if (is_empty || !fs::exists(path, error)) return io::printable(path);
+    const bool is_empty{io::is_folder(path) && !io::has_entries(path)};
+    if (is_empty || !io::is_there(path)) return io::printable(path);
   }
   return "";
 }

@@ -18,6 +18,7 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/json_text.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::app::batch {
@@ -139,12 +140,11 @@ void copy_lines(const fs::path& from, const fs::path& to) {
 }
 
 void link_folder(const fs::path& from, const fs::path& to) {
-  std::error_code error;
-  if (!fs::is_directory(from, error)) return;
+  if (!io::is_folder(from)) return;
   io::create_folder(to);
-  for (const fs::directory_entry& entry : fs::directory_iterator{from}) {
+  for (const fs::path& entry : io::entries_of(from)) {
     // temporary files of a killed run begin with a dot
-    if (entry.path().filename().string().front() != '.') link_or_copy(entry.path(), to / entry.path().filename());
+    if (entry.filename().string().front() != '.') link_or_copy(entry, to / entry.filename());
   }
 }
 
@@ -207,8 +207,7 @@ void write_done(const fs::path& folder, Done done) {
 
 std::optional<Done> read_done(const fs::path& folder) {
   const fs::path file{folder / done_file};
-  std::error_code error;
-  if (!fs::exists(file, error)) return std::nullopt;
+  if (!io::is_there(file)) return std::nullopt;
   Done done;
   io::read_json<Json>(io::printable_path(file), io::read_file(file), "", "Remove the folder, then run the shard again.",
                       [&](const Json& json) { done = done_of(json); });
@@ -231,8 +230,6 @@ std::string difference(const fs::path& folder, const Done& done) {
     }
     return content_digest(done.files) == done.content ? "" : "done.json contradicts itself";
   } catch (const DeviceError& error) {
-    return error.what();
-  } catch (const fs::filesystem_error& error) {
     return error.what();
   }
 }
@@ -258,8 +255,7 @@ void write_failure(const fs::path& file, const Failure& failure) {
 }
 
 std::optional<Failure> read_failure(const fs::path& file) {
-  std::error_code error;
-  if (!fs::exists(file, error)) return std::nullopt;
+  if (!io::is_there(file)) return std::nullopt;
   Failure failure;
   io::read_json<Json>(
       io::printable_path(file), io::read_file(file), "", "Remove the file, then run the shard again.",

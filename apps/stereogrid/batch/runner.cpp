@@ -20,6 +20,7 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/npz.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/io/run_folder/frame_lines.hpp"
 #include "stereogrid/io/text.hpp"
@@ -71,10 +72,10 @@ class Runner {
         input_{plan_, shard_} {}
 
   int work() {
-    if (is_done()) return exit_done;
-    if (const auto failure{read_failure(places_.failed)}; failure && !retry(*failure)) return failure->exit_code;
     try {
-      return work_alone();
+      if (is_done()) return exit_done;
+      if (const auto failure{read_failure(places_.failed)}; failure && !retry(*failure)) return failure->exit_code;
+      return io::with_path_errors([this] { return work_alone(); });
     } catch (const DeviceError& error) {
       return complain(exit_try_again, error.what());
     }
@@ -89,7 +90,7 @@ class Runner {
   /// Returns whether there is a result. Moves one without a proper done.json to damaged/.
   bool is_done() const {
     std::error_code error;
-    if (!fs::exists(places_.result, error)) return false;
+    if (!io::is_there(places_.result)) return false;
     try {
       const auto done{read_done(places_.result)};
       if (done && done->digest == shard_.digest) return true;
@@ -140,8 +141,8 @@ class Runner {
   /// Removes all files but the lock.
   void empty_work() const {
     std::error_code error;
-    for (const fs::directory_entry& entry : fs::directory_iterator{places_.work, error}) {
-      if (entry.path().filename() != ".lock") fs::remove_all(entry.path(), error);
+    for (const fs::path& entry : io::entries_of(places_.work)) {
+      if (entry.filename() != ".lock") fs::remove_all(entry, error);
     }
   }
 
@@ -160,17 +161,22 @@ class Runner {
   }
 
   template <class Seconds>
+  int process(Seconds seconds) {
+    if (!input_.is_as_planned()) {
+      return refuse(exit_input,
+                    io::printable(shard_.input.front()) +
+                        ": has changed since the plan was made. Make a new plan; with the same folder, unchanged "
+                        "inputs are not processed again.");
+    }
+    const int code{run_anew_where_damaged()};
+    if (code != exit_done) return exit_try_again;
+    return finish(seconds);
+  }
+
+  template <class Seconds>
   int attempt(Seconds seconds) {
     try {
-      if (!input_.is_as_planned()) {
-        return refuse(exit_input,
-                      io::printable(shard_.input.front()) +
-                          ": has changed since the plan was made. Make a new plan; with the same folder, unchanged "
-                          "inputs are not processed again.");
-      }
-      const int code{run_anew_where_damaged()};
-      if (code != exit_done) return exit_try_again;
-      return finish(seconds);
+      return io::with_path_errors([&] { return process(seconds); });
     } catch (const ConfigError& error) {
       return refuse_if_planned(exit_usage, error.what());
     } catch (const InputError& error) {
@@ -200,7 +206,7 @@ class Runner {
   /// Continues from another runner's checkpoint; begins anew where a machine that broke down has left it damaged.
   int run_anew_where_damaged() const {
     std::error_code error;
-    const bool resumed{fs::exists(run_folder() / "run.json", error)};
+    const bool resumed{io::is_there(run_folder() / "run.json")};
     if (!resumed) fs::remove_all(run_folder(), error);
     try {
       const int code{run_quietly()};

@@ -9,6 +9,7 @@
 
 #include "locks/folder_lock.hpp"
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/paths.hpp"
 
 namespace stereogrid::app::batch {
 namespace {
@@ -29,10 +30,11 @@ std::optional<std::uint64_t> number_in(const std::string& name) {
 
 template <class Take>
 void for_each_below(const fs::path& folder, Take take) {
-  std::error_code error;
-  for (const fs::directory_entry& among : fs::directory_iterator{folder, error}) {
-    for (const fs::directory_entry& entry : fs::directory_iterator{among.path(), error}) {
-      if (const auto number{number_in(entry.path().filename().string())}) take(*number, entry.path());
+  if (!io::is_folder(folder)) return;
+  for (const fs::path& among : io::entries_of(folder)) {
+    if (!io::is_folder(among)) continue;
+    for (const fs::path& entry : io::entries_of(among)) {
+      if (const auto number{number_in(entry.filename().string())}) take(*number, entry);
     }
   }
 }

@@ -14,7 +14,6 @@
 #include <csignal>
 #include <cstddef>
 #include <exception>
-#include <filesystem>
 #include <memory>
 #include <new>
 #include <sstream>
@@ -24,7 +23,7 @@
 #include "cli/console.hpp"
 #include "cli/option_checks.hpp"
 #include "stereogrid/error.hpp"
-#include "stereogrid/io/text.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/pipeline.hpp"
 #include "stereogrid/printable.hpp"
 
@@ -98,17 +97,13 @@ int parse_and_run(int argc, char** argv, const char* name, Describe describe) {
 
 int run_guarded(int argc, char** argv, const char* name, Describe describe) {
   try {
-    return parse_and_run(argc, argv, name, describe);
+    return io::with_path_errors([&] { return parse_and_run(argc, argv, name, describe); });
   } catch (const ConfigError& error) {
     return complain(name, exit_usage, error.what());
   } catch (const InputError& error) {
     return complain(name, exit_input, error.what());
   } catch (const DeviceError& error) {
     return complain(name, exit_try_again, error.what());
-  } catch (const std::filesystem::filesystem_error& error) {  // such as links that go in a circle
-    return complain(name, exit_input,
-                    fmt::format("{}: {}. Check the path and its permissions.", io::printable_path(error.path1()),
-                                error.code().message()));
   } catch (const std::bad_alloc&) {
     return complain(name, exit_try_again,
                     "out of memory. Smaller images, a smaller grid or fewer velocities need less.");

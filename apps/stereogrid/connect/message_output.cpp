@@ -15,6 +15,7 @@
 #include "pictures/picture.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/messages/tee.hpp"
 
@@ -86,7 +87,7 @@ void check(const MessageOptions& options, const Rig& rig) {
     if (options.topics.empty()) return;
     throw ConfigError{"--mcap-topics needs a recording. Give --mcap FILE, too."};
   }
-  if (fs::exists(options.mcap) && !fs::is_other(options.mcap)) {
+  if (io::is_file(options.mcap) || io::is_folder(options.mcap)) {
     throw ConfigError{fmt::format("--mcap {}: it is there already. Give another name, or delete it.",
                                   io::printable_path(options.mcap))};
   }

@@ -12,6 +12,7 @@
 #include <filesystem>
 
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/messages/cdr.hpp"
 #include "stereogrid/messages/tf2_msgs.hpp"
@@ -45,7 +46,7 @@ void* found_and_opened() {
   const std::vector<fs::path> places{folder / file_name,
                                      folder / ".." / STEREOGRID_LIBRARY_FOLDER / "stereogrid" / file_name};
   for (const fs::path& place : places) {
-    if (!folder.empty() && fs::exists(place, error)) return opened(place.string());
+    if (!folder.empty() && io::is_there(place)) return opened(place.string());
   }
   if (void* const library{dlopen(file_name, RTLD_NOW | RTLD_LOCAL)}; library != nullptr) return library;
   throw DeviceError{fmt::format("ROS 2: {} was not found, neither as {} nor {}, nor where libraries are. {}", file_name,

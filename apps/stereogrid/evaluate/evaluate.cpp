@@ -6,13 +6,13 @@
 
 #include <cmath>
 #include <filesystem>
-#include <system_error>
 #include <utility>
 #include <vector>
 
 #include "evaluate/obstacle_source.hpp"
 #include "evaluate/truth_source.hpp"
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/io/run_folder/run_reader.hpp"
 #include "stereogrid/io/text.hpp"
@@ -30,8 +30,7 @@ InputOptions input_options(const EvaluateOptions& options, const io::RunReader& 
   if (!options.input.empty()) return {{options.input}, "", options.input.starts_with("scene:") ? "" : "none", ""};
   const io::RunInput& from{run.input()};
   for (const std::string& path : from.paths) {
-    std::error_code error;
-    if (path.starts_with("scene:") || fs::exists(path, error)) continue;
+    if (path.starts_with("scene:") || io::is_there(path)) continue;
     throw InputError{path, "is not there any more; the run was made from it.",
                      "Say where it is now: stereogrid evaluate " + options.run + " INPUT."};
   }

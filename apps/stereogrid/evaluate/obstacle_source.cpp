@@ -3,10 +3,10 @@
 #include "evaluate/obstacle_source.hpp"
 
 #include <filesystem>
-#include <system_error>
 #include <utility>
 
 #include "stereogrid/io/object_labels.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/recording.hpp"
 
 namespace stereogrid::app {
@@ -19,8 +19,7 @@ std::filesystem::path labels_of(const io::Recording& recording) {
 }  // namespace
 
 bool has_object_labels(const Input& input) {
-  std::error_code error;
-  return input.recording != nullptr && std::filesystem::exists(labels_of(*input.recording), error);
+  return input.recording != nullptr && io::is_there(labels_of(*input.recording));
 }
 
 ObstacleSource::ObstacleSource(const TruthSource& truth) : truth_{truth} {

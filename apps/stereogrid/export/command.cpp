@@ -20,6 +20,7 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/nav2_map.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/run_folder/run_reader.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/messages/laser_scan.hpp"
@@ -48,8 +49,7 @@ fs::path map_of(const Options& options) {
 }
 
 void refuse_to_replace(const char* option, const fs::path& file) {
-  std::error_code error;
-  if (!fs::exists(file, error) || fs::is_other(file, error)) return;
+  if (!io::is_file(file) && !io::is_folder(file)) return;
   throw ConfigError{
       fmt::format("{}: {} is there already. Give another name, or delete it.", option, io::printable_path(file))};
 }

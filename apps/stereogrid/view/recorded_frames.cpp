@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::app {
@@ -32,11 +33,11 @@ std::vector<std::uint64_t> grid_stamps(const mcap::Bag& bag, const std::string& 
 }  // namespace
 
 fs::path recording_at(const fs::path& path) {
-  if (!fs::is_directory(path)) return path;
-  if (fs::exists(path / "metadata.yaml")) return path;  // a rosbag2 folder
+  if (!io::is_folder(path)) return path;
+  if (io::is_there(path / "metadata.yaml")) return path;  // a rosbag2 folder
   std::vector<fs::path> found;
-  for (const fs::directory_entry& entry : fs::directory_iterator{path}) {
-    if (entry.is_regular_file() && entry.path().extension() == ".mcap") found.push_back(entry.path());
+  for (const fs::path& entry : io::entries_of(path)) {
+    if (entry.extension() == ".mcap" && io::is_file(entry)) found.push_back(entry);
   }
   if (found.size() == 1) return found.front();
   if (found.empty()) throw InputError{io::printable_path(path), "has no recording (.mcap) in it.", how_to_record};

@@ -13,6 +13,7 @@
 #include "files/file_descriptor.hpp"
 #include "files/unavailable.hpp"
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
@@ -54,30 +55,6 @@ std::string read_up_to(const fs::path& path, int descriptor, std::size_t expecte
 
 }  // namespace
 
-bool is_temporary(int error_number) {
-  switch (error_number) {
-    case ENOENT:
-    case ENOTDIR:
-    case EACCES:
-    case EPERM:
-    case ELOOP:
-    case ENAMETOOLONG:
-      return false;
-    default:
-      return true;
-  }
-}
-
-void throw_unreadable(const fs::path& path, int error_number) {
-  const std::string file{printable_path(path)};
-  const std::string why{fmt::format("cannot be read ({}).", reason(error_number))};
-  if (is_temporary(error_number)) throw DeviceError{file + ": " + why + " Check the disk, then try again."};
-  const char* const mend{"Check the path and its permissions."};
-  if (error_number == ELOOP || error_number == ENAMETOOLONG) throw InputError{file, why, mend};
-  const bool is_missing{error_number == ENOENT || error_number == ENOTDIR};
-  throw UnavailableFile{file, is_missing ? "there is no such file." : why, mend};
-}
-
 std::string read_file(const fs::path& path, std::size_t most_bytes) {
   struct stat status {};
   if (::stat(path.c_str(), &status) != 0) throw_unreadable(path, errno);
@@ -107,8 +84,7 @@ void create_folder(const fs::path& path) {
   std::error_code error;
   fs::create_directories(path, error);
   const std::string why{error ? error.message() : "a file of that name is in the way"};
-  std::error_code ignored;
-  if (!error && fs::is_directory(path, ignored)) return;
+  if (!error && is_folder(path)) return;
   throw DeviceError{fmt::format("{}: the folder cannot be made ({}). Choose another, or check the permissions.",
                                 printable_path(path), why)};
 }

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <filesystem>
 #include <string>
 
 #include "stereogrid/error.hpp"
@@ -10,15 +9,11 @@
 
 namespace stereogrid::io {
 
-/// A file that is missing, not accessible, or shorter than its size says.
+/// A file that is missing, not accessible, or shorter than its size says. throw_unreadable() throws it, too.
 class UnavailableFile : public InputError {
  public:
   using InputError::InputError;
 };
-
-/// Throws after a failed system call on a file: UnavailableFile for a wrong path or missing permission, DeviceError
-/// where is_temporary(), InputError otherwise.
-[[noreturn]] void throw_unreadable(const std::filesystem::path& path, int error_number);
 
 /// Calls `read`, which reads files that a folder's listing has named. Throws DeviceError where one of them is
 /// unavailable: frames that a file system has lost for a moment are not damaged.

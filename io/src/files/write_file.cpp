@@ -57,7 +57,10 @@ std::optional<struct stat> status_of(const fs::path& path) {
 fs::path behind_links(fs::path path) {
   constexpr int most_links{40};  // as the kernel
   std::error_code error;
-  for (int i{0}; i < most_links && fs::is_symlink(fs::symlink_status(path, error)); ++i) {
+  for (int i{0}; i < most_links; ++i) {
+    const fs::file_type type{fs::symlink_status(path, error).type()};
+    if (type == fs::file_type::none) cannot_write(path, error.value());  // else a link would be replaced
+    if (type != fs::file_type::symlink) break;
     path = path.parent_path() / fs::read_symlink(path, error);
     if (error) cannot_write(path, error.value());
   }

@@ -14,6 +14,7 @@
 #include "input/video_store.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/mask.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/poses.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/io/text.hpp"
@@ -53,7 +54,7 @@ void note_disparities(RecordingContents& contents) {
                           printable_path(contents.disparities), contents.depth_units_per_m)
             : fmt::format("disparities: given in {}, no matching{}", printable_path(contents.disparities),
                           contents.frames.front().right.empty() ? "" : "; right images for features"));
-  } else if (contents.kind == name_of(InputKind::plain_folder) && fs::is_directory(own)) {
+  } else if (contents.kind == name_of(InputKind::plain_folder) && is_folder(own)) {
     contents.notes.push_back(
         fmt::format("disparities: those in {} are not taken, since there are right images "
                     "(--disparities takes them)",
@@ -133,7 +134,7 @@ RecordingContents look_at(const InputArguments& arguments) {
   contents.disparities = layout.disparities;
   contents.has_depth = arguments.depth.has_value() || (!arguments.disparities && is_depth_folder(layout.disparities));
   constexpr double tum_units_per_m{5000};
-  const bool is_of_tum{fs::exists(layout.root / "depth.txt") && fs::exists(layout.root / "rgb.txt")};
+  const bool is_of_tum{is_there(layout.root / "depth.txt") && is_there(layout.root / "rgb.txt")};
   contents.depth_units_per_m = arguments.depth_units_per_m.value_or(is_of_tum ? tum_units_per_m : 1000);
   if (!layout.disparities.empty()) {
     contents.external = (contents.has_depth ? "depth: " : "") + printable_path(layout.disparities);
@@ -147,7 +148,7 @@ RecordingContents look_at(const InputArguments& arguments) {
   find_mask(contents, arguments);
   const bool stamps_known{find_stamps(contents, layout, arguments.poses)};
   find_poses_of(contents, layout, arguments.poses, stamps_known);
-  if (fs::is_directory(layout.root / "truth") && layout.kind == InputKind::plain_folder) {
+  if (is_folder(layout.root / "truth") && layout.kind == InputKind::plain_folder) {
     contents.truth_folder = layout.root / "truth";
   }
   return contents;
@@ -200,7 +201,7 @@ namespace {
 std::unique_ptr<Recording> open_recording_of(const VideoPair& videos, InputArguments arguments) {
   const fs::path folder{videos.left.parent_path().empty() ? "." : videos.left.parent_path()};
   if (!arguments.calibration) {
-    const bool has_own{fs::exists(folder / "calibration.yaml")};
+    const bool has_own{is_there(folder / "calibration.yaml")};
     const fs::path found{has_own ? folder / "calibration.yaml" : find_calibration_in(folder)};
     if (found.empty()) {
       throw InputError{printable_path(videos.left), "there is no calibration beside the video.",
@@ -222,13 +223,8 @@ std::unique_ptr<Recording> open_recording(const InputArguments& arguments, Forei
 }
 
 std::unique_ptr<Recording> open_recording(const InputArguments& arguments) {
-  try {
-    if (const auto videos{find_videos(arguments.paths)}) return open_recording_of(*videos, arguments);
-    return std::make_unique<Recording>(look_at(arguments));
-  } catch (const fs::filesystem_error& error) {  // a folder on the way that may not be entered
-    throw InputError{printable_path(error.path1()), "cannot be read (" + error.code().message() + ").",
-                     "Check its permissions and those of the folders above it."};
-  }
+  if (const auto videos{find_videos(arguments.paths)}) return open_recording_of(*videos, arguments);
+  return std::make_unique<Recording>(look_at(arguments));
 }
 
 }  // namespace stereogrid::io

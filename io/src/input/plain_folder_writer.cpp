@@ -13,6 +13,7 @@
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/json_text.hpp"
 #include "stereogrid/io/npz.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/io/truth.hpp"
 
@@ -171,8 +172,7 @@ void write_truth(const std::filesystem::path& folder, const FrameTruth& truth) {
 
 void refuse_a_full_folder(const std::filesystem::path& folder) {
   for (const char* const part : {"left", "right"}) {
-    std::error_code error;
-    if (std::filesystem::is_directory(folder / part, error) && !std::filesystem::is_empty(folder / part, error)) {
+    if (has_entries(folder / part)) {
       throw InputError{printable_path(folder), "already holds a recording.", "Remove it, or choose another folder."};
     }
   }

@@ -10,6 +10,7 @@
 #include "files/unavailable.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/image_file.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
@@ -69,7 +70,7 @@ void find_sample_bits(RecordingContents& contents) {
     const RecordedFrame& frame{contents.frames[place]};
     for (const fs::path& file : {frame.left, frame.right}) {
       try {
-        if (file.empty() || !fs::exists(file)) continue;
+        if (file.empty() || !is_there(file)) continue;
         contents.sample_bits = std::max(contents.sample_bits, sample_bits(file));
         ++count;
       } catch (const InputError&) {  // reported where the frame is loaded

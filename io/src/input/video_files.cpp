@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <fstream>
 #include <iterator>
 #include <set>
 #include <string>
@@ -15,6 +14,7 @@
 #include <vector>
 
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
@@ -55,13 +55,9 @@ bool has_video_extension(const fs::path& file) {
 }
 
 bool is_video(const fs::path& file) {
-  std::error_code error;
-  if (!fs::is_regular_file(file, error)) return false;
-  if (has_video_extension(file)) return true;
-  std::array<char, 200> bytes{};
-  std::ifstream stream{file, std::ios::binary};
-  stream.read(bytes.data(), bytes.size());
-  return starts_like_video({bytes.data(), static_cast<std::size_t>(stream.gcount())});
+  if (has_video_extension(file)) return is_file(file);
+  constexpr std::size_t longest_beginning{200};
+  return starts_like_video(first_bytes(file, longest_beginning));
 }
 
 void refuse_videos(std::span<const fs::path> files) {

@@ -22,6 +22,7 @@
 #include "input/video_files.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/ffmpeg.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
@@ -140,13 +141,8 @@ class VideoStore final : public ImageStore {
 };
 
 std::vector<fs::path> videos_in(const fs::path& folder) {
-  std::vector<fs::path> videos;
-  std::error_code error;
-  for (fs::directory_iterator entry{folder, error}; !error && entry != fs::directory_iterator{};
-       entry.increment(error)) {
-    if (has_video_extension(entry->path())) videos.push_back(entry->path());
-  }
-  std::ranges::sort(videos);
+  std::vector<fs::path> videos{entries_of(folder)};
+  std::erase_if(videos, [](const fs::path& entry) { return !has_video_extension(entry); });
   return videos;
 }
 
@@ -166,7 +162,7 @@ std::optional<VideoPair> pair_of(const std::vector<fs::path>& videos) {
 
 std::optional<VideoPair> find_videos(const std::vector<fs::path>& paths) {
   if (paths.empty() || paths.size() > 2) return std::nullopt;
-  if (paths.size() == 1 && fs::is_directory(paths[0])) return pair_of(videos_in(paths[0]));
+  if (paths.size() == 1 && is_folder(paths[0])) return pair_of(videos_in(paths[0]));
   if (!std::ranges::all_of(paths, is_video)) return std::nullopt;
   return VideoPair{paths[0], paths.size() == 2 ? paths[1] : fs::path{}};
 }

@@ -10,6 +10,7 @@
 
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/npz.hpp"
+#include "stereogrid/io/paths.hpp"
 
 namespace stereogrid::io {
 namespace {
@@ -120,8 +121,7 @@ void remove_torn_checkpoint(const fs::path& run_folder) {
 }
 
 std::optional<Checkpoint> read_checkpoint(const fs::path& run_folder) {
-  std::error_code error;
-  if (!fs::exists(run_folder / file_name, error)) return std::nullopt;
+  if (!is_there(run_folder / file_name)) return std::nullopt;
   const CheckpointFile file{run_folder / file_name};
   const std::vector<std::int64_t> index{file.values<std::int64_t>("index")};
   file.require(index.size() == 1 && index.front() >= 0);

@@ -16,6 +16,7 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/json_text.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/poses.hpp"
 #include "stereogrid/io/run_folder/obstacle_fields.hpp"
 #include "stereogrid/io/run_folder/stages.hpp"
@@ -309,7 +310,7 @@ FrameSummary summary_of(const StereoFrame& frame, const FrameResult& result) {
 }
 
 std::vector<FrameSummary> take_finished_frames(const fs::path& path) {
-  if (!fs::exists(path)) return {};
+  if (!is_there(path)) return {};
   const std::string text{read_text(path, largest_bytes::json)};
   const std::size_t whole{text.rfind('\n') + 1};  // no end of line: 0
   std::vector<FrameSummary> frames;

@@ -15,6 +15,7 @@
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/json_text.hpp"
 #include "stereogrid/io/npz.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/run_folder/frame_files.hpp"
 #include "stereogrid/io/text.hpp"
 
@@ -80,7 +81,7 @@ class GridFile {
 }  // namespace
 
 RunReader::RunReader(fs::path folder) : folder_{std::move(folder)} {
-  if (!fs::is_directory(folder_)) throw InputError{printable_path(folder_), "is not a folder.", mend};
+  if (!is_folder(folder_)) throw InputError{printable_path(folder_), "is not a folder.", mend};
   read_run();
   frames_ = read_run_frames(folder_ / "frames.jsonl");
   check_extrinsics();
@@ -89,7 +90,7 @@ RunReader::RunReader(fs::path folder) : folder_{std::move(folder)} {
 
 void RunReader::read_run() {
   const fs::path file{folder_ / "run.json"};
-  if (!fs::exists(file) && fs::exists(folder_ / "frames.jsonl")) {
+  if (!is_there(file) && is_there(folder_ / "frames.jsonl")) {
     throw InputError{printable_path(file), "is missing, but there are frames of a run (frames.jsonl).",
                      "Without it their settings are unknown. Put it back, or run again in another folder."};
   }
@@ -132,7 +133,7 @@ void RunReader::check_grids() const {
     throw InputError{printable_path(folder_ / "frames.jsonl"), "has no frames.",
                      "Run again, or continue with --resume."};
   }
-  if (!fs::exists(folder_ / "grids")) {
+  if (!is_there(folder_ / "grids")) {
     throw InputError{printable_path(folder_ / "grids"), "is missing: the run has no grids.", "Run again."};
   }
 }

@@ -16,6 +16,7 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/json_text.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/run_folder/stages.hpp"
 #include "stereogrid/io/text.hpp"
 
@@ -51,18 +52,12 @@ Json warnings_json(const std::vector<FrameSummary>& frames) {
   return list;
 }
 
-bool holds_files(const fs::path& folder) {
-  std::error_code error;
-  return fs::is_directory(folder, error) && !fs::is_empty(folder, error);
-}
-
 /// Name of a run's file in a folder; "": none.
 std::string part_of_a_run(const fs::path& folder) {
-  std::error_code error;
   for (const char* const file : {"run.json", "frames.jsonl"}) {
-    if (fs::exists(folder / file, error)) return file;
+    if (is_there(folder / file)) return file;
   }
-  return holds_files(folder / "grids") ? "grids" : "";
+  return has_entries(folder / "grids") ? "grids" : "";
 }
 
 /// Values of a run.json under the keys of `settings`, without those within lists or objects.

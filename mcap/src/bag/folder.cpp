@@ -7,7 +7,6 @@
 #include <optional>
 #include <set>
 #include <string>
-#include <system_error>
 
 #include "bag/bags.hpp"
 #include "compression.hpp"
@@ -15,6 +14,7 @@
 #include "read/batch.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/mcap/reader.hpp"
 
@@ -60,9 +60,8 @@ Metadata parse_metadata(const fs::path& folder, const std::string& text, const s
                      "Convert the bag (ros2 bag convert)."};
   }
   for (fs::path& part : metadata.parts) {
-    std::error_code error;
     const fs::path packed{part.string() + ".zstd"};
-    if (mode == "file" && !fs::exists(part, error) && fs::exists(packed, error)) part = packed;
+    if (mode == "file" && !io::is_there(part) && io::is_there(packed)) part = packed;
   }
   return metadata;
 }
@@ -70,31 +69,25 @@ Metadata parse_metadata(const fs::path& folder, const std::string& text, const s
 /// Parts of a folder without metadata.yaml, as a killed rosbag2 leaves it: all files with a known extension.
 Metadata parts_without_metadata(const fs::path& folder) {
   Metadata metadata;
-  for (const auto& entry : fs::directory_iterator{folder}) {
-    const bool is_packed{entry.path().extension() == ".zstd" || entry.path().extension() == ".zst"};
-    const fs::path extension{is_packed ? entry.path().stem().extension() : entry.path().extension()};
+  for (const fs::path& entry : io::entries_of(folder)) {
+    const bool is_packed{entry.extension() == ".zstd" || entry.extension() == ".zst"};
+    const fs::path extension{is_packed ? entry.stem().extension() : entry.extension()};
     const bool is_old{extension == ".bag"};  // ROS 1: rejected with the remedy
-    if (extension == ".mcap" || extension == ".db3" || is_old) metadata.parts.push_back(entry.path());
+    if (extension == ".mcap" || extension == ".db3" || is_old) metadata.parts.push_back(entry);
   }
-  std::ranges::sort(metadata.parts);
   return metadata;
 }
 
 Metadata read_metadata(const fs::path& folder) {
   const fs::path file{folder / "metadata.yaml"};
   const std::string name{io::printable_path(file)};
-  std::error_code error;
   try {
-    Metadata metadata{fs::exists(file, error)
-                          ? parse_metadata(folder, io::read_text(file, largest_metadata_bytes), name)
-                          : parts_without_metadata(folder)};
+    Metadata metadata{io::is_there(file) ? parse_metadata(folder, io::read_text(file, largest_metadata_bytes), name)
+                                         : parts_without_metadata(folder)};
     if (!metadata.parts.empty()) return metadata;
   } catch (const YAML::Exception& wrong) {
     throw InputError{name, fmt::format("is not as rosbag2 writes it ({}).", io::printable(wrong.what())),
                      "Make it anew (ros2 bag reindex), or name a file of the bag."};
-  } catch (const fs::filesystem_error& wrong) {
-    throw InputError{io::printable_path(folder), fmt::format("cannot be listed ({}).", wrong.code().message()),
-                     "Check its permissions."};
   }
   throw InputError{io::printable_path(folder), "holds no recording: no .mcap, no .db3.", "Name the folder of a bag."};
 }

@@ -7,6 +7,7 @@
 
 #include "bag/bags.hpp"
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::mcap {
@@ -63,8 +64,7 @@ std::unique_ptr<Bag> open_file_bag(const std::filesystem::path& path) {
 }
 
 std::unique_ptr<Bag> open_bag(const std::filesystem::path& path) {
-  std::error_code ignored;
-  return std::filesystem::is_directory(path, ignored) ? open_folder_bag(path) : open_file_bag(path);
+  return io::is_folder(path) ? open_folder_bag(path) : open_file_bag(path);
 }
 
 }  // namespace stereogrid::mcap

@@ -6,6 +6,7 @@
 #include <sqlite3.h>
 
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::mcap {
@@ -16,9 +17,8 @@ namespace fs = std::filesystem;
 constexpr int largest_value_bytes{1 << 29};
 
 bool has_bytes(fs::path path, const char* suffix) {
-  std::error_code error;
-  const auto size{fs::file_size(path += suffix, error)};
-  return !error && size > 0;
+  path += suffix;
+  return io::is_file(path) && io::with_path_errors([&path] { return fs::file_size(path); }) > 0;
 }
 
 /// SQLite URI of a file, with options.
@@ -49,8 +49,9 @@ bool is_temporary(sqlite3* database) {
   int system_error{0};
   sqlite3_file_control(database, "main", SQLITE_FCNTL_LAST_ERRNO, &system_error);
   const int code{sqlite3_errcode(database) & 0xff};
-  const bool has_failed_to_read{(code == SQLITE_IOERR || code == SQLITE_CORRUPT) && system_error != 0};
-  return has_failed_to_read || code == SQLITE_BUSY || code == SQLITE_LOCKED;
+  const bool has_failed_to_read{code == SQLITE_IOERR || (code == SQLITE_CORRUPT && system_error != 0)};
+  const bool has_failed_to_open{code == SQLITE_CANTOPEN && io::is_temporary(sqlite3_system_errno(database))};
+  return has_failed_to_read || has_failed_to_open || code == SQLITE_BUSY || code == SQLITE_LOCKED;
 }
 
 }  // namespace

@@ -1,17 +1,19 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// LD_PRELOAD library: makes one system call fail, of those that change files below a folder.
+// LD_PRELOAD library: makes one system call fail, of those that change files below a folder, or that query them.
 //   STEREOGRID_FAULTS_UNDER   the folder, as an absolute path without symbolic links
 //   STEREOGRID_FAULTS_REPORT  a file that gets a line for each such call: its name and the file
 //   STEREOGRID_FAULTS_CALL    which call fails, from 1; 0 or none: none does
-//   STEREOGRID_FAULTS_KIND    EIO, ENOSPC or EINTR: it fails without an effect (close: with its effect);
+//   STEREOGRID_FAULTS_OF      queries: stat(), opendir() and their like are counted; else those that change files
+//   STEREOGRID_FAULTS_KIND    EIO, ESTALE, ENOSPC or EINTR: it fails without an effect (close: with its effect);
 //                             short: a write writes half of its bytes; full: it, and nothing from there on;
 //                             kill: the process is killed instead of the call
 //   STEREOGRID_FAULTS_FLOCK   ENOLCK: no file can be locked
 //   STEREOGRID_FAULTS_HANG    a file: opening it never returns, as on a disconnected network file system
 //   STEREOGRID_FAULTS_READ    a file whose reads fail (EIO), as an absolute path without symbolic links
 //   STEREOGRID_FAULTS_READ_AFTER  only once this file exists
+#include <dirent.h>
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <limits.h>
@@ -61,9 +63,11 @@ class Plan {
     if (number > call_) return Fault::none;
     if (kind_ == "kill") kill(getpid(), SIGKILL);
     if (kind_ == "short") return bytes > 1 ? Fault::half : Fault::none;
-    errno = kind_ == "ENOSPC" ? ENOSPC : kind_ == "EINTR" ? EINTR : EIO;
+    errno = kind_ == "ENOSPC" ? ENOSPC : kind_ == "EINTR" ? EINTR : kind_ == "ESTALE" ? ESTALE : EIO;
     return Fault::error;
   }
+
+  [[nodiscard]] bool is_of_queries() const { return is_of_queries_; }
 
  private:
   [[nodiscard]] Fault full(int number, std::size_t bytes) const {
@@ -85,6 +89,7 @@ class Plan {
   std::string under_{variable("STEREOGRID_FAULTS_UNDER")};
   std::string report_{variable("STEREOGRID_FAULTS_REPORT")};
   std::string kind_{variable("STEREOGRID_FAULTS_KIND")};
+  bool is_of_queries_{variable("STEREOGRID_FAULTS_OF") == "queries"};
   int call_{std::atoi(variable("STEREOGRID_FAULTS_CALL").c_str())};
   std::atomic<int> count_{0};
 };
@@ -124,7 +129,12 @@ bool is_lock(std::string_view path) {
 }
 
 Fault fault_of(const char* call, const std::string& path, std::size_t bytes = 0) {
-  return plan().concerns(path) ? plan().next(call, path, bytes) : Fault::none;
+  return plan().concerns(path) && !plan().is_of_queries() ? plan().next(call, path, bytes) : Fault::none;
+}
+
+/// Sets errno.
+bool is_query_to_fail(const char* call, std::string_view path) {
+  return plan().is_of_queries() && plan().concerns(path) && plan().next(call, path, 0) == Fault::error;
 }
 
 template <class Function>
@@ -243,6 +253,26 @@ int rename(const char* from, const char* to) noexcept {
 
 int mkdir(const char* path, mode_t mode) noexcept {
   return fault_of("mkdir", path) == Fault::error ? -1 : REAL(mkdir)(path, mode);
+}
+
+int stat(const char* path, struct stat* status) noexcept {
+  return is_query_to_fail("stat", path) ? -1 : REAL(stat)(path, status);
+}
+
+int lstat(const char* path, struct stat* status) noexcept {
+  return is_query_to_fail("lstat", path) ? -1 : REAL(lstat)(path, status);
+}
+
+int fstat(int descriptor, struct stat* status) noexcept {
+  return is_query_to_fail("fstat", target_of(descriptor)) ? -1 : REAL(fstat)(descriptor, status);
+}
+
+DIR* opendir(const char* path) {
+  return is_query_to_fail("opendir", path) ? nullptr : REAL(opendir)(path);
+}
+
+struct dirent* readdir(DIR* folder) {
+  return is_query_to_fail("readdir", target_of(dirfd(folder))) ? nullptr : REAL(readdir)(folder);
 }
 
 int flock(int descriptor, int operation) noexcept {

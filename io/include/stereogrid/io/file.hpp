@@ -25,12 +25,8 @@ constexpr std::size_t arrays{1024 * mebi};  ///< an .npz, and all of its arrays
 constexpr std::size_t json{16384 * mebi};   ///< run.json, frames.jsonl, truth
 }  // namespace largest_bytes
 
-/// Returns false for the errno of a wrong path or a missing permission. True: a retry may succeed (EIO, ESTALE, EMFILE
-/// and all others).
-[[nodiscard]] STEREOGRID_EXPORT bool is_temporary(int error_number);
-
 /// Reads a whole file. Throws InputError: missing, a folder, a device, FIFO or socket, not readable, larger than
-/// `most_bytes`, truncated during the read. Throws DeviceError if the failure is_temporary().
+/// `most_bytes`, truncated during the read. Throws DeviceError if the failure is_temporary() (paths.hpp).
 [[nodiscard]] STEREOGRID_EXPORT std::string read_file(const std::filesystem::path& path,
                                                       std::size_t most_bytes = largest_bytes::array);
 

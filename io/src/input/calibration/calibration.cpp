@@ -12,6 +12,7 @@
 #include "input/poses/kitti_text.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
@@ -100,7 +101,7 @@ Calibration read_raw_drive(const std::filesystem::path& path, const KittiText& t
   calibration.rig.width_px = static_cast<int>(std::lround(size[0]));
   calibration.rig.height_px = static_cast<int>(std::lround(size[1]));
   const auto velodyne{path.parent_path() / "calib_velo_to_cam.txt"};
-  if (std::filesystem::exists(velodyne)) {
+  if (is_there(velodyne)) {
     const auto& r{text.get("R_rect_00", 9)};
     const cv::Matx44d rectified{r[0], r[1], r[2], 0, r[3], r[4], r[5], 0, r[6], r[7], r[8], 0, 0, 0, 0, 1};
     calibration.camera_from_velodyne = transform_of(

@@ -8,11 +8,11 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <system_error>
 #include <vector>
 
 #include "input/calibration/calibration_forms.hpp"
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
@@ -54,7 +54,7 @@ bool are_halves(const fs::path& one, const fs::path& other) {
 
 FilePair pair_of(const fs::path& either, std::span<const Words> all) {
   const auto with{[&](const fs::path& other) {
-    if (fs::exists(other)) return other;
+    if (is_there(other)) return other;
     throw InputError{printable_path(either),
                      "is one half of a calibration, and " + printable_path(other) + " is not there.",
                      "Put it there: both are needed."};
@@ -76,12 +76,11 @@ bool is_yaml(const fs::path& path) {
 
 /// Adds the files of the folder whose name holds one of the words.
 void add_named(const fs::path& folder, std::span<const char* const> words, std::vector<fs::path>& found) {
-  std::error_code error;
-  for (fs::directory_iterator entry{folder, error}; !error && entry != fs::directory_iterator{};
-       entry.increment(error)) {
-    const std::string name{entry->path().filename().string()};
+  if (!is_folder(folder)) return;
+  for (const fs::path& entry : entries_of(folder)) {
+    const std::string name{entry.filename().string()};
     const auto is_in_name{[&](const char* word) { return name.find(word) != std::string::npos; }};
-    if (is_yaml(entry->path()) && std::ranges::any_of(words, is_in_name)) found.push_back(entry->path());
+    if (is_yaml(entry) && std::ranges::any_of(words, is_in_name)) found.push_back(entry);
   }
 }
 
@@ -100,10 +99,7 @@ constexpr std::string_view text_extensions[]{".yaml", ".yml", ".xml", ".json", "
 std::vector<fs::path> recognised_in(const fs::path& folder, bool has_depth) {
   std::vector<fs::path> found;
   std::string others;
-  std::error_code error;
-  for (fs::directory_iterator entry{folder, error}; !error && entry != fs::directory_iterator{};
-       entry.increment(error)) {
-    const fs::path& path{entry->path()};
+  for (const fs::path& path : entries_of(folder)) {
     if (std::ranges::find(text_extensions, path.extension().string()) == std::end(text_extensions)) continue;
     if (is_calibration_of_other_tool(path, has_depth)) {
       found.push_back(path);
@@ -111,7 +107,6 @@ std::vector<fs::path> recognised_in(const fs::path& folder, bool has_depth) {
       others += (others.empty() ? "" : ", ") + printable_path(path.filename());
     }
   }
-  std::ranges::sort(found);
   if (has_depth) leave_colour(found);
   if (found.size() == 2 && are_halves(found[0], found[1])) found.pop_back();
   if (!found.empty() || others.empty()) return found;
@@ -140,8 +135,7 @@ fs::path find_calibration_in(const fs::path& folder, bool has_depth) {
   for (const char* const camera : {"left", "cam0"}) add_named(folder / camera, beside_images, found);
   if (found.empty()) found = recognised_in(folder, has_depth);
   for (const char* const inside : {"calibration", "calib", "intrinsic", "intrinsics"}) {
-    std::error_code error;
-    if (found.empty() && fs::is_directory(folder / inside, error)) found = recognised_in(folder / inside, has_depth);
+    if (found.empty() && is_folder(folder / inside)) found = recognised_in(folder / inside, has_depth);
   }
   if (found.empty()) return {};
   if (found.size() == 1) return found.front();

@@ -12,6 +12,7 @@
 #include "input/poses/stamps.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
@@ -142,7 +143,7 @@ Sides sides_of(const InputLayout& layout) {
   if (layout.with_right) {
     sides.right = side_of(layout.right, image_extensions, mend);
     pair_by_stamps(sides.left.images, sides.right.images, farthest_right_ns);
-  } else if (fs::is_directory(layout.right)) {
+  } else if (is_folder(layout.right)) {
     sides.right = {layout.right, images_in(layout.right, image_extensions)};
   }
   return sides;
@@ -151,7 +152,7 @@ Sides sides_of(const InputLayout& layout) {
 /// Names of the frames in their order: those of frames.txt, else every image of either camera.
 std::vector<std::string> order_of(const InputLayout& layout, const Images& left, const Images& right) {
   const auto frames_file{layout.root / "frames.txt"};
-  if (layout.kind != InputKind::kitti_raw && fs::exists(frames_file)) return names_in(frames_file, left, right);
+  if (layout.kind != InputKind::kitti_raw && is_there(frames_file)) return names_in(frames_file, left, right);
   std::set<std::string, NaturalOrder> names;
   for (const auto& [name, path] : left) names.insert(name);
   for (const auto& [name, path] : right) names.insert(name);
@@ -167,6 +168,7 @@ std::vector<RecordedFrame> find_frames(const InputLayout& layout) {
     return {{name, 0, layout.left, layout.right, true, true, {}, {}, {}}};
   }
   const Sides sides{sides_of(layout)};
+  const std::vector<fs::path> scans{is_folder(layout.scans) ? entries_of(layout.scans) : std::vector<fs::path>{}};
   std::vector<RecordedFrame> frames;
   for (const std::string& name : order_of(layout, sides.left.images, sides.right.images)) {
     RecordedFrame& frame{frames.emplace_back()};
@@ -180,9 +182,8 @@ std::vector<RecordedFrame> find_frames(const InputLayout& layout) {
       frame.right_exists = frame.right_exists && sides.right.images.contains(name);
     }
     const auto scan{layout.scans / (frame.left.stem().string() + ".bin")};
-    std::error_code error;  // a file that cannot be opened, such as a link without a target, is reported on reading
-    const bool is_listed{fs::symlink_status(scan, error).type() != fs::file_type::not_found};
-    if (!layout.scans.empty() && is_listed) frame.scan = scan;
+    // a file that cannot be opened, such as a link without a target, is reported on reading
+    if (std::ranges::binary_search(scans, scan)) frame.scan = scan;
   }
   if (std::ranges::none_of(frames, [](const RecordedFrame& f) { return f.left_exists && f.right_exists; })) {
     throw InputError{

@@ -7,29 +7,14 @@
 #include <algorithm>
 #include <cctype>
 
-#include "files/unavailable.hpp"
 #include "input/layout/side_names.hpp"
 #include "stereogrid/error.hpp"
-#include "stereogrid/io/file.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
 
 namespace fs = std::filesystem;
-
-std::vector<fs::path> entries_of(const fs::path& folder) {
-  std::error_code error;
-  std::vector<fs::path> entries;
-  fs::directory_iterator entry{folder, error};
-  for (; !error && entry != fs::directory_iterator{}; entry.increment(error)) entries.push_back(entry->path());
-  if (error && is_temporary(error.value())) throw_unreadable(folder, error.value());
-  if (error) {
-    throw InputError{printable_path(folder), "the folder cannot be read (" + error.message() + ").",
-                     "Check its permissions."};
-  }
-  std::ranges::sort(entries);
-  return entries;
-}
 
 // A frame's files are named after it: NAME.npz has to be a name that a file can have.
 void check_length(const fs::path& file, const std::string& name) {

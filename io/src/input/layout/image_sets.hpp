@@ -19,9 +19,6 @@ using Images = std::map<std::string, std::filesystem::path, NaturalOrder>;
 inline const std::set<std::string> image_extensions{".png",  ".pgm", ".ppm",  ".pnm",  ".jpg",
                                                     ".jpeg", ".tif", ".tiff", ".webp", ".bmp"};
 
-/// Sorted. Throws InputError where the folder cannot be read.
-[[nodiscard]] std::vector<std::filesystem::path> entries_of(const std::filesystem::path& folder);
-
 /// Throws InputError: two of one name, names too long.
 [[nodiscard]] Images images_in(const std::filesystem::path& folder, const std::set<std::string>& extensions);
 

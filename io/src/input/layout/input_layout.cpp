@@ -11,7 +11,7 @@
 #include "input/layout/side_names.hpp"
 #include "input/video_files.hpp"
 #include "stereogrid/error.hpp"
-#include "stereogrid/io/file.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
@@ -28,20 +28,20 @@ const char* const what_input_may_be{
 /// The first of the candidates that exists; empty: none does.
 fs::path first_existing(std::initializer_list<fs::path> candidates) {
   for (const fs::path& candidate : candidates) {
-    if (fs::exists(candidate)) return candidate;
+    if (is_there(candidate)) return candidate;
   }
   return {};
 }
 
 void need_folder(const fs::path& folder) {
-  if (!fs::is_directory(folder)) {
+  if (!is_folder(folder)) {
     throw InputError{printable_path(folder), "the folder is missing.",
                      "Both cameras' images are needed, left and right."};
   }
 }
 
 InputLayout odometry(const fs::path& root) {
-  const bool grey{fs::is_directory(root / "image_0") || fs::is_directory(root / "image_1")};
+  const bool grey{is_folder(root / "image_0") || is_folder(root / "image_1")};
   InputLayout layout{InputKind::kitti_odometry,
                      root,
                      root / (grey ? "image_0" : "image_2"),
@@ -55,10 +55,10 @@ InputLayout odometry(const fs::path& root) {
 }
 
 InputLayout raw_drive(const fs::path& root) {
-  const bool grey{fs::is_directory(root / "image_00") || fs::is_directory(root / "image_01")};
+  const bool grey{is_folder(root / "image_00") || is_folder(root / "image_01")};
   const auto images{[&root](const char* camera) {
     const fs::path folder{root / camera};
-    const bool is_flat{!fs::is_directory(folder / "data") && fs::is_directory(folder) &&
+    const bool is_flat{!is_folder(folder / "data") && is_folder(folder) &&
                        !images_in(folder, image_extensions).empty()};
     return is_flat ? folder : folder / "data";
   }};
@@ -80,8 +80,7 @@ InputLayout raw_drive(const fs::path& root) {
 /// The folder itself, or the one in it that has the images.
 fs::path images_of(const fs::path& camera) {
   for (const char* const inside : {"data", "images", "image", "rgb", "frames", "image_raw", "image_rect"}) {
-    std::error_code error;  // unreadable folders are reported when they are listed
-    if (fs::is_directory(camera / inside, error)) return camera / inside;
+    if (is_folder(camera / inside)) return camera / inside;
   }
   return camera;
 }
@@ -97,20 +96,20 @@ InputLayout plain_folder(const fs::path& root) {
                      KittiPair::grey};
   layout.calibration = first_existing({root / "calibration.yaml", root / "calibration.yml", root / "calib.txt"});
   layout.scans = first_existing({root / "velodyne"});
-  if (!fs::exists(layout.right)) layout.disparities = depth_in(root);
+  if (!is_there(layout.right)) layout.disparities = depth_in(root);
   return layout;
 }
 
 std::vector<fs::path> folders_in(const fs::path& root) {
   std::vector<fs::path> folders{entries_of(root)};
-  std::erase_if(folders, [](const fs::path& entry) { return !fs::is_directory(entry); });
+  std::erase_if(folders, [](const fs::path& entry) { return !is_folder(entry); });
   return folders;
 }
 
 /// As data sets of EuRoC (ASL): cam0/data/NANOSECONDS.png, cam0/sensor.yaml.
 std::optional<InputLayout> euroc(const fs::path& root) {
-  const fs::path base{fs::is_directory(root / "mav0") ? root / "mav0" : root};
-  if (!fs::is_directory(base / "cam0" / "data") || !fs::is_directory(base / "cam1" / "data")) return std::nullopt;
+  const fs::path base{is_folder(root / "mav0") ? root / "mav0" : root};
+  if (!is_folder(base / "cam0" / "data") || !is_folder(base / "cam1" / "data")) return std::nullopt;
   InputLayout layout{InputKind::euroc, root, base / "cam0" / "data", base / "cam1" / "data", {}, {}, KittiPair::grey};
   layout.calibration = first_existing({root / "calibration.yaml", base / "cam0" / "sensor.yaml"});
   if (is_cam0_right(base / "cam0" / "sensor.yaml", base / "cam1" / "sensor.yaml")) std::swap(layout.left, layout.right);
@@ -121,7 +120,7 @@ std::optional<InputLayout> euroc(const fs::path& root) {
 std::optional<InputLayout> images_with_depth(const fs::path& root) {
   const fs::path images{first_existing({root / "rgb", root / "color", root / "colour", root / "image", root / "images",
                                         root / "cam0", root / "infra1", root / "grey", root / "gray"})};
-  if (images.empty() || !fs::is_directory(images) || !fs::is_directory(depth_in(root))) return std::nullopt;
+  if (images.empty() || !is_folder(images) || !is_folder(depth_in(root))) return std::nullopt;
   InputLayout layout{plain_folder(root)};
   layout.left = images_of(images);
   layout.disparities = images_of(depth_in(root));
@@ -129,7 +128,7 @@ std::optional<InputLayout> images_with_depth(const fs::path& root) {
 }
 
 std::optional<InputLayout> recognise_folder(const fs::path& root) {
-  const auto has{[&root](const char* name) { return fs::is_directory(root / name); }};
+  const auto has{[&root](const char* name) { return is_folder(root / name); }};
   if (has("image_00") || has("image_01") || has("image_02") || has("image_03")) return raw_drive(root);
   if (has("image_0") || has("image_1") || has("image_2") || has("image_3")) return odometry(root);
   if (has("left") || has("right")) return plain_folder(root);
@@ -147,7 +146,7 @@ std::optional<InputLayout> recognise_folder(const fs::path& root) {
   std::string inside;
   const std::vector<fs::path> entries{entries_of(root)};
   for (const fs::path& entry : entries) {
-    if (inside.empty() && fs::is_directory(entry) && recognise_folder(entry)) inside = printable_path(entry);
+    if (inside.empty() && is_folder(entry) && recognise_folder(entry)) inside = printable_path(entry);
   }
   if (inside.empty()) refuse_videos(entries);
   throw InputError{
@@ -194,21 +193,20 @@ std::string name_of(InputKind kind) {
 }
 
 InputLayout recognise(const std::vector<fs::path>& paths, const std::optional<fs::path>& disparities) {
-  if (disparities && !fs::is_directory(*disparities)) {
+  if (disparities && !is_folder(*disparities)) {
     throw InputError{printable_path(*disparities), "there is no such folder.",
                      "--disparities, or --depth, is a folder with an image for each left image."};
   }
   if (paths.empty() || paths.size() > 2) throw InputError{"INPUT", "is missing.", what_input_may_be};
   for (const fs::path& path : paths) {
-    if (!fs::exists(path))
-      throw InputError{printable_path(path), "there is no such file or folder.", what_input_may_be};
+    if (!is_there(path)) throw InputError{printable_path(path), "there is no such file or folder.", what_input_may_be};
   }
   if (paths.size() == 2) {
     refuse_videos(paths);
     return {InputKind::image_pair,           paths[0], paths[0], paths[1], {}, {}, KittiPair::grey,
             disparities.value_or(fs::path{})};
   }
-  if (!fs::is_directory(paths[0])) {
+  if (!is_folder(paths[0])) {
     refuse_videos(paths);
     throw InputError{printable_path(paths[0]), "is one file; a pair needs two images.", what_input_may_be};
   }

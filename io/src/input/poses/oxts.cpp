@@ -12,6 +12,7 @@
 #include "input/poses/stamps.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/poses.hpp"
 #include "stereogrid/io/text.hpp"
 
@@ -87,7 +88,7 @@ std::optional<cv::Matx44d> imu_from_camera(const fs::path& folder) {
   const auto velodyne{folder / "calib_velo_to_cam.txt"};
   const auto camera{folder / "calib_cam_to_cam.txt"};
   for (const auto& file : {imu, velodyne, camera}) {
-    if (!fs::is_regular_file(file)) return std::nullopt;
+    if (!is_file(file)) return std::nullopt;
   }
   const auto r{KittiText{camera}.get("R_rect_00", 9)};
   const cv::Matx44d rectified{r[0], r[1], r[2], 0, r[3], r[4], r[5], 0, r[6], r[7], r[8], 0, 0, 0, 0, 1};
@@ -110,7 +111,7 @@ OxtsPoses read_oxts(const fs::path& folder, std::span<const std::string> names, 
   double scale{0};  // scale of the first record: one plane for the drive
   for (const std::string& name : names) {
     const auto file{folder / (name + ".txt")};
-    if (!fs::is_regular_file(file)) {
+    if (!is_file(file)) {
       throw InputError{printable_path(file), "the record of frame " + name + " is missing.",
                        "Complete the oxts folder, or run with --poses none."};
     }
@@ -127,15 +128,15 @@ OxtsPoses read_oxts(const fs::path& folder, std::span<const std::string> names, 
 OxtsTimes read_oxts_times(const fs::path& folder) {
   const fs::path file{folder.parent_path() / "timestamps.txt"};
   OxtsTimes times;
-  if (!fs::is_regular_file(file)) return times;
+  if (!is_file(file)) return times;
   const auto stamps{
       read_timestamps(file, "Correct it, or remove the file: records belong to images of the same name then.")};
   std::map<std::size_t, std::string> records;
-  for (const auto& entry : fs::directory_iterator{folder}) {
-    const std::string name{frame_name(entry.path().stem().string())};
+  for (const fs::path& entry : entries_of(folder)) {
+    const std::string name{frame_name(entry.stem().string())};
     std::size_t number{0};
     const auto [end, error]{std::from_chars(name.data(), name.data() + name.size(), number)};
-    if (entry.path().extension() == ".txt" && error == std::errc{} && *end == '\0') records.emplace(number, name);
+    if (entry.extension() == ".txt" && error == std::errc{} && *end == '\0') records.emplace(number, name);
   }
   for (const auto& [number, name] : records) {
     if (number >= stamps.size()) {

@@ -12,6 +12,7 @@
 #include "input/poses/kitti_text.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
@@ -143,18 +144,17 @@ void write_poses_csv(const fs::path& path, std::span<const NamedPose> poses) {
 std::optional<PoseChoice> find_poses(const fs::path& folder) {
   std::vector<fs::path> found;
   for (const char* const name : {"poses.csv", "poses_gt.txt", "poses.txt", "poses_vo.txt"}) {
-    if (fs::is_regular_file(folder / name)) found.push_back(folder / name);
+    if (is_file(folder / name)) found.push_back(folder / name);
   }
   std::vector<fs::path> others;
-  for (const auto& entry : fs::directory_iterator{folder}) {
-    const std::string name{entry.path().filename().string()};
-    const bool listed{std::ranges::find(found, entry.path()) != found.end()};
-    if (name.starts_with("poses") && name.ends_with(".txt") && !listed) others.push_back(entry.path());
+  for (const fs::path& entry : entries_of(folder)) {
+    const std::string name{entry.filename().string()};
+    const bool listed{std::ranges::find(found, entry) != found.end()};
+    if (name.starts_with("poses") && name.ends_with(".txt") && !listed) others.push_back(entry);
   }
-  std::ranges::sort(others);
   found.insert(found.end(), others.begin(), others.end());
   for (const char* const name : {"groundtruth.txt", "trajectory.txt", "CameraTrajectory.txt"}) {
-    if (fs::is_regular_file(folder / name) && is_tum_trajectory(folder / name)) found.push_back(folder / name);
+    if (is_file(folder / name) && is_tum_trajectory(folder / name)) found.push_back(folder / name);
   }
   if (found.empty()) return std::nullopt;
   return PoseChoice{found.front(), {found.begin() + 1, found.end()}};

@@ -10,6 +10,7 @@
 #include <map>
 
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
@@ -157,11 +158,11 @@ fs::path choose_poses(RecordingContents& contents, const InputLayout& layout, co
     if (!others.empty()) contents.notes.push_back(fmt::format("poses: not taken:{} (--poses FILE takes them)", others));
     return choice->file;
   }
-  if (fs::is_directory(layout.root / "oxts" / "data")) return layout.root / "oxts" / "data";
+  if (is_folder(layout.root / "oxts" / "data")) return layout.root / "oxts" / "data";
   // as KITTI's odometry benchmark is unpacked: sequences/04 and poses/04.txt
   const fs::path root{fs::absolute(layout.root / "").lexically_normal().parent_path()};
   const fs::path benchmark{root.parent_path().parent_path() / "poses" / (root.filename().string() + ".txt")};
-  const bool there{layout.kind == InputKind::kitti_odometry && fs::is_regular_file(benchmark)};
+  const bool there{layout.kind == InputKind::kitti_odometry && is_file(benchmark)};
   return there ? benchmark : fs::path{};
 }
 
@@ -191,7 +192,7 @@ void find_poses_of(RecordingContents& contents, const InputLayout& layout, const
   const fs::path file{choose_poses(contents, layout, wanted)};
   contents.poses_file = file;
   if (file.empty()) return do_without_poses(contents, wanted);
-  if (fs::is_directory(file)) {
+  if (is_folder(file)) {
     const fs::path& calibration{layout.calibration.empty() ? contents.calibration_file : layout.calibration};
     return take_oxts(contents, file, calibration.parent_path(), stamps_known);
   }

@@ -11,6 +11,7 @@
 #include "input/poses/recording_poses.hpp"
 #include "input/poses/stamps.hpp"
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/poses.hpp"
 #include "stereogrid/io/text.hpp"
 
@@ -50,7 +51,7 @@ bool take_numbered_stamps(RecordingContents& contents, const std::vector<std::in
 bool take_own_stamps(RecordingContents& contents, const InputLayout& layout) {
   const fs::path list{layout.left.parent_path() / "data.csv"};
   std::map<std::string, std::int64_t> listed;
-  if (layout.kind == InputKind::euroc && fs::exists(list)) listed = read_euroc_stamps(list);
+  if (layout.kind == InputKind::euroc && is_there(list)) listed = read_euroc_stamps(list);
   for (RecordedFrame& frame : contents.frames) {
     const auto found{listed.find(frame.name)};
     const auto stamp_ns{found == listed.end() ? stamp_in(frame.name) : std::optional{found->second}};
@@ -68,7 +69,7 @@ fs::path stamps_file(const InputLayout& layout, const std::string& poses) {
   if (layout.kind == InputKind::image_pair) candidates.clear();
   if (fs::path{poses}.extension() == ".csv") candidates.emplace_back(poses);
   const auto gives_stamps = [](const fs::path& path) {
-    return fs::exists(path) && (path.extension() != ".csv" || are_named(read_poses_csv(path)));
+    return is_there(path) && (path.extension() != ".csv" || are_named(read_poses_csv(path)));
   };
   const auto found{std::ranges::find_if(candidates, gives_stamps)};
   return found == candidates.end() ? fs::path{} : *found;
