@@ -8,6 +8,8 @@
 #include <unistd.h>
 
 #include <cstdlib>
+#include <fstream>
+#include <thread>
 #include <utility>
 
 namespace stereogrid::app::testing {
@@ -53,6 +55,29 @@ int Process::wait() {
   int status{0};
   waitpid(std::exchange(id_, -1), &status, 0);
   return code_of(status);
+}
+
+std::optional<int> Process::wait_for(std::chrono::milliseconds limit) {
+  const auto end{std::chrono::steady_clock::now() + limit};
+  while (std::chrono::steady_clock::now() < end) {
+    siginfo_t ended{};
+    waitid(P_PID, static_cast<id_t>(id_), &ended, WEXITED | WNOHANG | WNOWAIT);
+    if (ended.si_pid == id_) return wait();
+    std::this_thread::sleep_for(std::chrono::milliseconds{5});
+  }
+  return std::nullopt;
+}
+
+void Process::wait_until_it_catches_signals() const {
+  for (int i{0}; i < 6000; ++i) {
+    std::ifstream status{"/proc/" + std::to_string(id_) + "/status"};
+    const std::string key{"SigCgt:\t"};
+    for (std::string line; std::getline(status, line);) {
+      if (!line.starts_with(key)) continue;
+      if ((std::stoull(line.substr(key.size()), nullptr, 16) >> (SIGTERM - 1) & 1U) != 0) return;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds{10});
+  }
 }
 
 int shell(const std::string& line) {

@@ -4,6 +4,8 @@
 
 #include <sys/types.h>
 
+#include <chrono>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +29,10 @@ class Process {
   void send(int signal) const;
   /// Waits for its end: the exit code, or 128 and the signal that killed it, as a shell says it.
   int wait();
+  /// The same; none: it has not ended within `limit`.
+  std::optional<int> wait_for(std::chrono::milliseconds limit);
+  /// Waits until it has a handler for SIGTERM.
+  void wait_until_it_catches_signals() const;
 
  private:
   pid_t id_{-1};

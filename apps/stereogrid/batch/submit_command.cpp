@@ -158,7 +158,7 @@ int submit(Options options) {
   io::write_file(out + "/tasks-" + values["ID"] + ".txt", lines);
   io::write_file(out + "/" + from.file, text);
   tell("{}\n", start_of(text));
-  static_cast<void>(lost_output());  // flushes it
+  flush_output();
   if (options.go) start(start_of(text));
   return exit_done;
 }

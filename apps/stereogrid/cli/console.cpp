@@ -3,18 +3,51 @@
 #include "cli/console.hpp"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
-#include <cstdio>
+#include <chrono>
+#include <string>
 #include <system_error>
+
+#include "cli/text_queue.hpp"
 
 namespace stereogrid::app {
 
 namespace {
 
-// errno of the first write that failed. NOLINTNEXTLINE(cppcoreguidelines-avoid-non-const-global-variables)
-int output_error{0};
+constexpr std::chrono::seconds patience{1};
+
+// NOLINTNEXTLINE(cppcoreguidelines-avoid-non-const-global-variables)
+std::atomic<bool> are_waits_limited{false};
+
+// errno of closing stdout. NOLINTNEXTLINE(cppcoreguidelines-avoid-non-const-global-variables)
+int closing_error{0};
+
+bool are_same_file(int one, int other) {
+  struct stat first {};
+  struct stat second {};
+  return fstat(one, &first) == 0 && fstat(other, &second) == 0 && first.st_dev == second.st_dev &&
+         first.st_ino == second.st_ino;
+}
+
+TextQueue& errors() {
+  static TextQueue& queue{*new TextQueue};
+  return queue;
+}
+
+/// One queue for both streams where they are one terminal or pipe, so that their texts stay in order.
+TextQueue& output() {
+  static TextQueue& queue{are_same_file(STDOUT_FILENO, STDERR_FILENO) ? errors() : *new TextQueue};
+  return queue;
+}
+
+std::string failure_text() {
+  const int error_number{output().output_error() != 0 ? output().output_error() : closing_error};
+  return error_number == 0 ? "" : std::generic_category().message(error_number);
+}
 
 }  // namespace
 
@@ -27,20 +60,42 @@ bool open_standard_streams() {
 }
 
 void write_output(std::string_view text) {
-  errno = 0;
-  if (std::fwrite(text.data(), 1, text.size(), stdout) < text.size() && output_error == 0) output_error = errno;
+  output().add(STDOUT_FILENO, std::string{text}, TextQueue::Kind::output);
 }
 
 void write_error(std::string_view text) {
-  static_cast<void>(std::fwrite(text.data(), 1, text.size(), stderr));
+  errors().add(STDERR_FILENO, std::string{text}, TextQueue::Kind::lines);
+}
+
+bool is_error_stream_ready() {
+  return errors().is_empty();
+}
+
+void limit_waits() {
+  are_waits_limited = true;
+}
+
+void flush_output() {
+  while (!output().drain(patience) && output().has_output() && !are_waits_limited) {
+  }
+}
+
+void flush_errors() {
+  static_cast<void>(errors().drain(patience));
+}
+
+std::string failed_output() {
+  flush_output();
+  return failure_text();
 }
 
 std::string lost_output() {
-  if (std::fflush(stdout) != 0 && output_error == 0) output_error = errno;
+  flush_output();
+  if (output().has_output()) return "its reader has stalled";
   // network file systems report a full disk only when a file is closed; the original has to stay open for other writers
   const int copy{dup(STDOUT_FILENO)};
-  if (copy >= 0 && close(copy) != 0 && errno != EINTR && output_error == 0) output_error = errno;
-  return output_error == 0 ? "" : std::generic_category().message(output_error);
+  if (copy >= 0 && close(copy) != 0 && errno != EINTR) closing_error = errno;
+  return failure_text();
 }
 
 }  // namespace stereogrid::app

@@ -10,15 +10,29 @@
 
 namespace stereogrid::app {
 
-// Standard streams. Writing to them never throws, so that a run continues without a reader. Errors on stdout are
-// reported once, at the end.
+// Standard streams. Writing to them neither throws nor waits, so that a run continues without a reader, or with one
+// that stalls: a thread writes the text. Errors on stdout are reported once, at the end.
 
 /// Opens /dev/null for closed standard streams, so that no other file gets their numbers. Call it before anything else
 /// is opened. False: not possible.
 [[nodiscard]] bool open_standard_streams();
 
+/// To stdout. Nothing of it is dropped.
 void write_output(std::string_view text);
+/// To stderr. Lines that wait for a stalled reader are dropped, the oldest first, and counted.
 void write_error(std::string_view text);
+
+/// True if all text for stderr is written.
+[[nodiscard]] bool is_error_stream_ready();
+
+/// From now on nothing waits for a reader that stalls for longer than a second: for programs that catch signals.
+/// Without it, stdout waits for its reader, such as a pager.
+void limit_waits();
+
+/// Waits until all output is written.
+void flush_output();
+/// Waits until all text for stderr is written; a reader that stalls is not waited for.
+void flush_errors();
 
 /// To stdout.
 template <class... Values>
@@ -32,7 +46,9 @@ void tell_on_stderr(fmt::format_string<Values...> format, Values&&... values) {
   write_error(fmt::format(format, std::forward<Values>(values)...));
 }
 
-/// Flushes stdout. Returns the reason if some output is lost, else "".
+/// Flushes stdout. Returns the reason if a write has failed, else "".
+[[nodiscard]] std::string failed_output();
+/// Flushes stdout, at the end of the program. Returns the reason if some output is lost, else "".
 [[nodiscard]] std::string lost_output();
 
 }  // namespace stereogrid::app

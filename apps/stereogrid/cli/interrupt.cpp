@@ -4,6 +4,8 @@
 
 #include <csignal>
 
+#include "cli/console.hpp"
+
 namespace stereogrid::app {
 namespace {
 
@@ -18,6 +20,7 @@ extern "C" void note_signal(int signal) {
 }  // namespace
 
 void catch_interrupts() {
+  limit_waits();
   struct sigaction action {};
   action.sa_handler = note_signal;
   action.sa_flags = SA_RESTART | static_cast<int>(SA_RESETHAND);

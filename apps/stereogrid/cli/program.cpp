@@ -3,7 +3,8 @@
 #include "cli/program.hpp"
 
 #include <fmt/format.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/details/os.h>
+#include <spdlog/sinks/base_sink.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 #ifdef __GLIBC__
@@ -15,12 +16,15 @@
 #include <cstddef>
 #include <exception>
 #include <memory>
+#include <mutex>
 #include <new>
 #include <sstream>
 #include <string>
+#include <string_view>
 
 #include "cli/commands.hpp"
 #include "cli/console.hpp"
+#include "cli/interrupt.hpp"
 #include "cli/option_checks.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/paths.hpp"
@@ -32,27 +36,56 @@ namespace {
 
 constexpr std::size_t longest_message{16'384};
 
-/// To stderr. Lines may quote names of files and topics.
-class PrintableLog final : public spdlog::sinks::stderr_color_sink_mt {
+constexpr const char* wipe_line{"\r\033[K"};  // removes the progress bar
+
+constexpr std::string_view color_of(spdlog::level::level_enum level) {
+  switch (level) {
+    case spdlog::level::info:
+      return "\033[32m";  // green
+    case spdlog::level::warn:
+      return "\033[33m\033[1m";  // yellow, bold
+    case spdlog::level::err:
+    case spdlog::level::critical:
+      return "\033[31m\033[1m";  // red, bold
+    default:
+      return "\033[36m";  // cyan
+  }
+}
+
+/// To stderr, which nothing waits for (console.hpp). Lines may quote names of files and topics.
+class Log final : public spdlog::sinks::base_sink<std::mutex> {
  public:
-  void log(const spdlog::details::log_msg& message) override {
+  explicit Log(bool has_colors) : has_colors_{has_colors} {}
+
+ private:
+  void sink_it_(const spdlog::details::log_msg& message) override {
     const std::string text{printable_lines({message.payload.data(), message.payload.size()}, longest_message)};
     spdlog::details::log_msg shown{message};
     shown.payload = text;
-    ansicolor_stderr_sink::log(shown);
+    spdlog::memory_buf_t buffer;
+    formatter_->format(shown, buffer);
+    std::string line{buffer.data(), buffer.size()};
+    if (has_colors_ && shown.color_range_end > shown.color_range_start) {
+      line.insert(shown.color_range_end, "\033[m");
+      line.insert(shown.color_range_start, color_of(message.level));
+    }
+    write_error(line);
   }
+  void flush_() override { flush_errors(); }
+
+  bool has_colors_;
 };
 
 void set_up_log() {
-  auto log{std::make_shared<spdlog::logger>("stereogrid", std::make_shared<PrintableLog>())};
-  // on a terminal a line first wipes the progress bar that stands there
   const bool terminal{isatty(STDERR_FILENO) == 1};
-  log->set_pattern(terminal ? "\r\033[K%^%l%$: %v" : "%l: %v");
+  const bool has_colors{terminal && spdlog::details::os::is_color_terminal()};
+  auto log{std::make_shared<spdlog::logger>("stereogrid", std::make_shared<Log>(has_colors))};
+  log->set_pattern(fmt::format("{}%^%l%$: %v", terminal ? wipe_line : ""));
   spdlog::set_default_logger(std::move(log));
 }
 
 int complain(const char* name, int exit_code, const std::string& message) {
-  tell_on_stderr("{}{}: {}\n", isatty(STDERR_FILENO) == 1 ? "\r\033[K" : "", name,
+  tell_on_stderr("{}{}: {}\n", isatty(STDERR_FILENO) == 1 ? wipe_line : "", name,
                  printable_lines(message, longest_message));
   return exit_code;
 }
@@ -123,9 +156,12 @@ int run_program(int argc, char** argv, const char* name, Describe describe) {
   std::signal(SIGXFSZ, SIG_IGN);  // a file above `ulimit -f` then cannot be written, as on a full disk
   const int exit_code{run_guarded(argc, argv, name, describe)};
   const std::string lost{lost_output()};
-  if (lost.empty()) return exit_code;
-  complain(name, exit_try_again, "standard output is not all there (" + lost + "). Send it where there is space.");
-  return exit_code == exit_done ? exit_try_again : exit_code;
+  if (!lost.empty()) {
+    complain(name, exit_try_again, "standard output is not all there (" + lost + "). Send it where there is space.");
+  }
+  flush_errors();
+  const bool is_failure{!lost.empty() && exit_code == exit_done && interrupted() == 0};
+  return is_failure ? exit_try_again : exit_code;
 }
 
 }  // namespace stereogrid::app

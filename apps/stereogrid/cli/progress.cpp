@@ -53,7 +53,7 @@ void Progress::update(std::size_t done) {
   if (silent_) return;
   const double since{seconds_since(last_shown_)};
   if (terminal_) {
-    if (since < bar_interval_s && done < total_) return;
+    if ((since < bar_interval_s && done < total_) || !is_error_stream_ready()) return;
     draw_bar(done);
   } else {
     const bool moved{(done - last_shown_done_) * 10 >= total_};

@@ -19,6 +19,7 @@ namespace {
 int evaluate_command(const EvaluateOptions& options) {
   const nlohmann::ordered_json json(json_of(evaluate_with_progress(options)));
   write_output(table_of(json));
+  flush_output();  // before a file that is /dev/stdout
   if (!options.json.empty()) io::write_file(options.json, io::json_text(json, 1) + "\n");
   if (!options.html.empty()) write_report(options.html, json);
   return exit_done;

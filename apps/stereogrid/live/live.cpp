@@ -203,7 +203,7 @@ int live(const LiveOptions& options) {
   MessageOutput output{messages, &page.server(), pipeline.rig()};
   catch_interrupts();
   tell("open {}\n", page.server().url());
-  if (const std::string lost{lost_output()}; !lost.empty()) return exit_try_again;  // run_program() says it
+  if (!failed_output().empty()) return exit_try_again;  // run_program() says it
   LiveLoop loop{input, pipeline, output, page, reset};
   loop.go_on();
   output.finish();

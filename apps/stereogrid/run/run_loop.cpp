@@ -27,6 +27,7 @@ constexpr std::size_t frames_ahead{4};
 /// A thread that waits for a file system cannot be ended; the process can.
 [[noreturn]] void end_process(const std::string& reason) {
   write_error(fmt::format("stereogrid: {}\n", reason));
+  flush_errors();
   std::_Exit(exit_try_again);
 }
 

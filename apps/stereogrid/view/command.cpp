@@ -55,7 +55,7 @@ int view(const Options& options) {
   catch_interrupts();
   for (const std::string& sentence : frames.bag().damage()) tell_on_stderr("warning: {}\n", sentence);
   tell("{} frames; open {}\n", frames.stamps_ns().size(), server->url());
-  if (const std::string lost{lost_output()}; !lost.empty()) return exit_try_again;  // run_program() says it
+  if (!failed_output().empty()) return exit_try_again;  // run_program() says it
   play(frames, playback, *server);
   return exit_done;
 }

@@ -1,8 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Standard streams that are closed, full, or whose reader has gone.
+// Standard streams that are closed, full, or whose reader has gone or stalls.
+#include <fcntl.h>
 #include <signal.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <thread>
 
 #include "process.hpp"
 #include "support.hpp"
@@ -89,6 +94,122 @@ TEST(Streams, AReaderThatHasEnoughEndsTheProgramQuietly) {
         quoted(errors.string()) + " | true");
   EXPECT_EQ(text_of(code), "141\n");
   EXPECT_EQ(text_of(errors), "");
+}
+
+/// A pipe whose reader stalls until read_rest(): nothing more can be written into it.
+class StalledPipe {
+ public:
+  StalledPipe() {
+    mkfifo(path_.c_str(), 0600);
+    descriptor_ = open(path_.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+    const std::string page(4096, '.');
+    for (const std::size_t size : {page.size(), std::size_t{1}}) {
+      while (write(descriptor_, page.data(), size) > 0) {
+      }
+    }
+  }
+  StalledPipe(const StalledPipe&) = delete;
+  StalledPipe& operator=(const StalledPipe&) = delete;
+  ~StalledPipe() { close(descriptor_); }
+
+  [[nodiscard]] std::string name() const { return quoted(path_.string()); }
+
+  /// Reads until the process ends. Returns what came after the filling, and its exit code.
+  std::pair<std::string, std::optional<int>> read_rest(Process& process) const {
+    std::string text;
+    std::optional<int> code;
+    for (int i{0}; i < 2000 && !code; ++i) {
+      code = process.wait_for(std::chrono::milliseconds{5});
+      std::string piece(65536, '\0');
+      for (ssize_t count{0}; (count = read(descriptor_, piece.data(), piece.size())) > 0;) {
+        text.append(piece, 0, static_cast<std::size_t>(count));
+      }
+    }
+    return {text.substr(std::min(text.size(), text.find_first_not_of('.'))), code};
+  }
+
+ private:
+  TemporaryFolder folder_;
+  fs::path path_{folder_ / "pipe"};
+  int descriptor_{-1};
+};
+
+/// The tool, with both streams redirected.
+Process tool_into(const std::string& stream, const std::string& words) {
+  return {"sh", {"-c", "exec " + tool + " " + words + " >" + stream + " 2>&1"}};
+}
+
+constexpr std::chrono::seconds far_more_than_a_stop_takes{20};
+
+TEST(Streams, AStopWorksWhileTheirReaderStalls) {
+  const TemporaryFolder folder;
+  const auto name = [&](const char* part) { return quoted((folder / part).string()); };
+  const std::string many{quoted(small_scene("street", "&frames=5000"))};
+  run_well({"simulate", small_scene("street", "&frames=4"), "--out", (folder / "drive").string(), "--no-truth"});
+  run_well({"run", (folder / "drive").string(), "--out", (folder / "run").string(), "--mcap",
+            (folder / "run.mcap").string()});
+  run_well({"batch", "plan", small_scene("street", "&frames=5000"), "--out", (folder / "plan").string()});
+  const StalledPipe pipe;
+  struct Case {
+    std::string words;
+    int code;
+  };
+  for (const Case& one : {Case{"live " + name("drive") + " --loop --listen :0 --mcap " + name("live.mcap"), 0},
+                          Case{"view " + name("run.mcap") + " --listen :0", 0},
+                          Case{"run " + many + " --verbose --out " + name("stopped"), 128 + SIGTERM},
+                          Case{"batch run " + name("plan") + " --shard 0", 75}}) {
+    Process process{tool_into(pipe.name(), one.words)};
+    process.wait_until_it_catches_signals();
+    if (one.words.starts_with("run ")) wait_for_frames(folder / "stopped", 3);
+    process.send(SIGTERM);
+    EXPECT_EQ(process.wait_for(far_more_than_a_stop_takes), one.code) << one.words;
+  }
+  EXPECT_EQ(json_of(folder / "stopped" / "run.json")["frames"]["done"], lines_of(folder / "stopped").size());
+  EXPECT_THAT(text_of(folder / "live.mcap"), ::testing::EndsWith("\x89MCAP0\r\n")) << "closed";
+}
+
+TEST(Streams, ARunGoesOnWhileTheirReaderStalls) {
+  const TemporaryFolder folder;
+  const StalledPipe pipe;
+  const std::string out{quoted((folder / "run").string())};
+  Process process{tool_into(pipe.name(), "run " + quoted(small_scene("street", "&frames=9")) + " --out " + out)};
+  EXPECT_EQ(process.wait_for(far_more_than_a_stop_takes), 75) << "its summary is lost";
+  EXPECT_EQ(lines_of(folder / "run").size(), 9U);
+  EXPECT_EQ(json_of(folder / "run" / "run.json")["frames"]["complete"], true);
+}
+
+TEST(Streams, NothingIsLostWhereTheReaderGoesOn) {
+  const TemporaryFolder folder;
+  const StalledPipe pipe;
+  const std::string run{"run " + quoted(small_scene("street", "&frames=9")) + " --set grid.length_m=5 --out " +
+                        quoted((folder / "run").string())};
+  Process process{tool_into(pipe.name(), run)};
+  wait_for_frames(folder / "run", 3);
+  const auto [text, code]{pipe.read_rest(process)};
+  EXPECT_EQ(code, 0);
+  EXPECT_THAT(text, StartsWith("info: built-in scene: 9 frames"));
+  EXPECT_THAT(text, HasSubstr("\n9 frames, 0 of 9 skipped"));
+  EXPECT_THAT(text, ::testing::Not(HasSubstr("dropped")));
+}
+
+TEST(Streams, AnErrorWaitsForItsReaderButNotForever) {
+  const StalledPipe pipe;
+  Process patient{tool_into(pipe.name(), "info /nowhere")};
+  EXPECT_EQ(patient.wait_for(far_more_than_a_stop_takes), 65);
+  Process read_in_time{tool_into(pipe.name(), "info /nowhere")};
+  std::this_thread::sleep_for(std::chrono::milliseconds{300});
+  const auto [text, code]{pipe.read_rest(read_in_time)};
+  EXPECT_EQ(code, 65);
+  EXPECT_THAT(text, HasSubstr("/nowhere: there is no such file or folder"));
+}
+
+TEST(Streams, OutputWaitsForAReaderThatPages) {
+  const StalledPipe pipe;
+  Process process{tool_into(pipe.name(), "config --markdown")};
+  EXPECT_EQ(process.wait_for(std::chrono::milliseconds{1500}), std::nullopt);
+  const auto [text, code]{pipe.read_rest(process)};
+  EXPECT_EQ(code, 0);
+  EXPECT_EQ(text, run_well({"config", "--markdown"}).output);
 }
 
 }  // namespace
