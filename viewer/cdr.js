@@ -3,12 +3,13 @@
 import { parseDefinition, primitiveSizes } from './schema.js';
 
 const arrayTypes = {
-  byte: Uint8Array, char: Uint8Array, uint8: Uint8Array, int8: Int8Array, int16: Int16Array, uint16: Uint16Array,
+  __proto__: null, byte: Uint8Array, char: Uint8Array, uint8: Uint8Array, int8: Int8Array, int16: Int16Array, uint16: Uint16Array,
   int32: Int32Array, uint32: Uint32Array, float32: Float32Array, float64: Float64Array, int64: BigInt64Array,
   uint64: BigUint64Array,
 };
 
 const getters = {
+  __proto__: null,
   bool: (view, at) => view.getUint8(at) !== 0,
   byte: (view, at) => view.getUint8(at),
   char: (view, at) => view.getUint8(at),
@@ -27,6 +28,9 @@ const getters = {
 const utf8 = new TextDecoder();
 const headerBytes = 4;
 const littleEndian = 1;
+// Fields and elements of a message, numbers of typed arrays excluded. The largest message of a street has a tenth; as
+// many take 0.05 s.
+const valuesMax = 200000;
 
 /** Goes through the bytes of one message. */
 class Cursor {
@@ -34,6 +38,13 @@ class Cursor {
     this.buffer = buffer;
     this.view = new DataView(buffer);
     this.at = 0;
+    this.valuesLeft = valuesMax;
+  }
+
+  /** A definition can have more values than the message has bytes: arrays of arrays of a type without data. */
+  spend(count) {
+    this.valuesLeft -= count;
+    if (this.valuesLeft < 0) throw new Error(`more than ${valuesMax} values in a message`);
   }
 
   align(size) {
@@ -86,6 +97,8 @@ export class MessageReader {
   #object(type, cursor) {
     const fields = this.types.get(type);
     if (!fields) throw new Error(`${type} is not defined`);
+    if (fields.length === 0) cursor.primitive('uint8'); // ROS 2 gives a type without fields a byte
+    cursor.spend(fields.length);
     const made = {};
     for (const field of fields) made[field.name] = this.#field(field, cursor);
     return made;
@@ -96,7 +109,7 @@ export class MessageReader {
     if (field.array === null) return one();
     const count = field.array === 'sequence' ? cursor.primitive('uint32') : field.array;
     if (field.type in arrayTypes) return cursor.numbers(field.type, count);
-    if (count > cursor.buffer.byteLength) throw new Error(`${field.name}: more elements than the message has bytes`);
+    cursor.spend(count);
     return Array.from({ length: count }, one);
   }
 }

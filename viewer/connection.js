@@ -89,8 +89,12 @@ export class Connection extends EventTarget {
   #ask(channel) {
     if (channel.encoding !== 'cdr' || channel.schemaEncoding !== 'ros2msg') return;
     const id = this.#nextSubscription++;
-    const reader = new MessageReader(channel.schemaName, channel.schema);
-    this.#readers.set(id, { channel: channel.id, topic: channel.topic, reader });
+    try { // a definition that cannot be read concerns no other channel
+      const reader = new MessageReader(channel.schemaName, channel.schema);
+      this.#readers.set(id, { channel: channel.id, topic: channel.topic, reader });
+    } catch (error) {
+      return this.#tell('fault', `${channel.topic}: ${error.message}`);
+    }
     this.#send({ op: 'subscribe', subscriptions: [{ id, channelId: channel.id }] });
   }
 
