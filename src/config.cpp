@@ -11,7 +11,7 @@
 #include <string>
 #include <type_traits>
 
-#include "filter/filter.hpp"
+#include "derived_sizes.hpp"
 #include "stereogrid/error.hpp"
 
 namespace stereogrid {
@@ -163,20 +163,6 @@ std::string members_of(std::string_view wanted) {
                     "'. `stereogrid config` lists them all."};
 }
 
-// Velocities of the filter's lattice.
-double lattice_size(const FilterConfig& config) {
-  const double side{2 * static_cast<double>(config.speeds_mps.size()) + 1};
-  return side * side;
-}
-
-constexpr double lattice_bytes_max{64.0 * (1 << 30)};
-
-// Bytes of a number for each cell of the window and each velocity, in two states.
-double lattice_bytes(const Config& config) {
-  const double side{std::hypot(config.grid.length_m, config.grid.width_m) / config.grid.cell_size_m};
-  return 2 * sizeof(float) * lattice_size(config.filter) * side * side;
-}
-
 // Differences of the paper's method from the default; docs/paper.md has the reasons.
 Config paper_preset() {
   Config config;
@@ -297,16 +283,7 @@ std::vector<std::string> problems(const Config& config) {
   if (config.matching.window_px % 2 == 0) {
     found.push_back("matching.window_px is " + std::to_string(config.matching.window_px) + " and must be odd.");
   }
-  if (config.grid.length_m / config.grid.cell_size_m > 4000 || config.grid.width_m / config.grid.cell_size_m > 4000) {
-    found.emplace_back("grid: more than 4000 cells along a side; take larger cells or a smaller grid.");
-  }
-  if (lattice_size(config.filter) > 1000) {
-    found.emplace_back("filter: more than 1000 velocities; name fewer in filter.speeds_mps.");
-  } else if (lattice_bytes(config) > lattice_bytes_max) {
-    found.emplace_back(
-        "filter: the window's cells times the velocities take more than 64 GiB; take larger cells, a "
-        "smaller grid or fewer velocities.");
-  }
+  add_problems_of_sizes(config, found);
   return found;
 }
 

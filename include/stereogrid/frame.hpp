@@ -73,7 +73,7 @@ struct StereoFrame {
   std::vector<ObservedGrid> other_grids{};  ///< grids of other sources; fused with the stereo pair's grid
 };
 
-/// Images of a StereoFrame in foreign memory.
+/// Images of a StereoFrame in foreign memory. Rows may not overlap; the pitch of images stored upside down is negative.
 struct FrameImages {
   FrameImages() = default;
   // NOLINTNEXTLINE(google-explicit-constructor): a frame has such images

@@ -67,7 +67,7 @@ class STEREOGRID_EXPORT Pipeline {
  public:
   /// Allocates all memory. Throws ConfigError with every problem of `config`, `rig` (see their `problems`) and
   /// `options`. Throws DeviceError if BackEnd::cuda is not usable: no library, no such GPU, old driver, too little
-  /// memory. Throws std::bad_alloc if there is too little memory for the CPU.
+  /// memory; also if the system has too few threads. Throws std::bad_alloc if there is too little memory for the CPU.
   Pipeline(const Config& config, const Rig& rig, const PipelineOptions& options = {});
   Pipeline(Pipeline&&) noexcept;
   Pipeline& operator=(Pipeline&&) noexcept;
@@ -82,19 +82,23 @@ class STEREOGRID_EXPORT Pipeline {
   /// pitch −10° to 35°, roll up to ±10°. When three frames agree, the third has a warning with the estimate, next_rig()
   /// returns the rig with it, and the next frame is a first one of that rig, in the same world frame. Extrinsics that
   /// have fitted three frames are replaced only after the vehicle has travelled four camera heights over ground that
-  /// contradicts them, near and far. A replacement allocates all stages again; after std::bad_alloc or DeviceError the
-  /// pipeline is unchanged. Disabled without ground.estimate.
+  /// contradicts them, near and far. A replacement allocates all stages again. Disabled without ground.estimate.
   ///
   /// Throws InputError for an invalid frame: it does not fit the rig, has the stamp of the frame before, a pose that is
   /// not finite or farther than 1e9 m from the origin, or invalid other grids. The state is then unchanged.
+  ///
+  /// After any other exception, such as std::bad_alloc or DeviceError, the frame counts as not processed: it may be
+  /// given again. Clock and world are those before it. If the stages had begun the frame, the state is that after
+  /// reset().
   ///
   /// Returns a result owned by the pipeline, valid until the next call.
   const FrameResult& process(const StereoFrame& frame);
 
   /// Writes the result to `into`, which is replaced and never read. Its memory is reused; nothing is allocated if it
-  /// was filled by this pipeline before. Unchanged after InputError, undefined after DeviceError.
+  /// was filled by this pipeline before. Unchanged after InputError, undefined after any other exception.
   void process(const StereoFrame& frame, FrameResult& into);
-  /// Reads `images` in place of those of `frame`, without a copy. Their memory must not change during the call.
+  /// Reads `images` in place of those of `frame`, without a copy. Their memory must not change during the call. Throws
+  /// InputError also for images without pixels and for rows that overlap.
   void process(const StereoFrame& frame, const FrameImages& images, FrameResult& into);
 
   /// Resets the state: the next frame counts as a first one, whatever its stamp. Filter, tracks, features, ground and
@@ -125,8 +129,9 @@ class STEREOGRID_EXPORT Pipeline {
   /// and back end that loads it continues with the same results. Valid for the same version of the library on machines
   /// of one kind; the checksum detects damage, not forgery.
   [[nodiscard]] std::vector<std::byte> save_state() const;
-  /// Loads a state. Throws InputError: no saved state, damaged, or of another configuration, rig, mask, back end or
-  /// version; the state is then unchanged.
+  /// Loads a state into stages that it allocates. Throws InputError: no saved state, damaged, or of another
+  /// configuration, rig, mask, back end or version. After any exception, std::bad_alloc and DeviceError included, the
+  /// state is unchanged.
   void load_state(std::span<const std::byte> saved);
 
  private:

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
+#include <system_error>
+
 #include "bindings.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/paths.hpp"
@@ -37,6 +39,9 @@ void translate(const std::exception_ptr& caught, void*) {
   } catch (const InputError& error) {
     PyErr_SetString(errors().input, error.what());
   } catch (const DeviceError& error) {
+    PyErr_SetString(errors().device, error.what());
+  } catch (const std::system_error& error) {  // a thread that cannot be started
+    if (error.code() != std::errc::resource_unavailable_try_again) throw;
     PyErr_SetString(errors().device, error.what());
   }
 }

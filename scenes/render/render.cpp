@@ -2,11 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/render.hpp"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 
+#include "render/rows.hpp"
 #include "world/random.hpp"
 
 namespace stereogrid::scenes {
@@ -194,13 +193,13 @@ Image<std::uint8_t> render(const World& world, const Caster& caster, const Senso
   const int width{caster.camera().width_px};
   const int height{caster.camera().height_px};
   Image<Sample> samples{width, height};
-  tbb::parallel_for(0, height, [&](int v) {
+  for_rows(height, [&](int v) {
     for (int u{0}; u < width; ++u) samples(u, v) = shader.at(u, v);
   });
   constexpr double camera_m{0.25};  // the lowest: level ground seen from it changes by 1/(f·h) per row
   const double largest_step_per_m{1.5 / (caster.camera().focal_px * camera_m)};
   Image<std::uint8_t> picture{width, height};
-  tbb::parallel_for(0, height, [&](int v) {
+  for_rows(height, [&](int v) {
     for (int u{0}; u < width; ++u) {
       const double grey{beside_edge(samples, u, v, largest_step_per_m) ? smoothed(shader, u, v) : samples(u, v).grey};
       picture(u, v) = expose(grey, sensor, static_cast<std::uint64_t>(v) * static_cast<std::uint64_t>(width) + u);

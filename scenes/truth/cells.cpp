@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <utility>
 
+#include "render/rows.hpp"
 #include "truth/truth.hpp"
 #include "world/polygon.hpp"
 
@@ -116,7 +116,7 @@ int seen_ground_points(const Moment& moment, const std::vector<LowPart>& low, Po
 
 void fill_free_points(const Moment& moment, const std::vector<LowPart>& low, const TruthGrid& grid, FrameTruth& truth) {
   const GridGeometry& g{grid.geometry};
-  tbb::parallel_for(0, g.ny, [&](int iy) {
+  for_rows(g.ny, [&](int iy) {
     for (int ix{0}; ix < g.nx; ++ix) {
       const Point2 corner{g.x_min_m + ix * g.cell_size_m, g.y_min_m + iy * g.cell_size_m};
       truth.free_points(ix, iy) = static_cast<std::uint8_t>(seen_ground_points(moment, low, corner, g.cell_size_m));

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <vector>
 
+#include "render/rows.hpp"
 #include "truth/truth.hpp"
 
 namespace stereogrid::scenes {
@@ -65,7 +65,7 @@ Samples::Samples(const Moment& moment, const TruthGrid& grid)
       reached{height_m.width(), height_m.height()},
       spacing_m_{grid.geometry.cell_size_m / per_cell},
       step_max_m_{grid.height_min_m} {
-  tbb::parallel_for(0, height_m.height(), [&](int iy) { fill_row(moment, grid, iy); });
+  for_rows(height_m.height(), [&](int iy) { fill_row(moment, grid, iy); });
   reach(moment);
 }
 

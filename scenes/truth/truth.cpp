@@ -2,12 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truth/truth.hpp"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "render/rows.hpp"
 #include "world/polygon.hpp"
 
 namespace stereogrid::scenes {
@@ -114,7 +113,7 @@ void fill_pixels(const Moment& moment, FrameTruth& truth) {
   truth.label = {width, height};
   truth.instance = {width, height};
   truth.seen_by_both = {width, height};
-  tbb::parallel_for(0, height, [&](int v) {
+  for_rows(height, [&](int v) {
     for (int u{0}; u < width; ++u) fill_pixel(moment, u, v, truth);
   });
 }

@@ -8,6 +8,9 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
+#include <stdexcept>
+
+#include "backend/threads.hpp"
 
 namespace stereogrid {
 
@@ -15,10 +18,12 @@ namespace stereogrid {
 class Cpu {
  public:
   /// `threads` 0: as many as the machine has cores. More than that are not started (oneTBB would complain on stderr),
-  /// but the work is cut for them.
+  /// but the work is cut for them. Throws DeviceError: the system has too few threads for this process.
   explicit Cpu(int threads)
       : threads_{threads > 0 ? threads : tbb::info::default_concurrency()},
-        arena_{std::min(threads_, tbb::info::default_concurrency())} {}
+        arena_{std::min(threads_, tbb::info::default_concurrency())} {
+    require_threads(std::min(threads_, tbb::info::default_concurrency()) - 1);
+  }
 
   [[nodiscard]] int threads() const { return threads_; }
 
@@ -26,7 +31,7 @@ class Cpu {
   /// how it is cut.
   template <class Work>
   void for_ranges(int count, int grain, const Work& work) {
-    arena_.execute([&] {
+    execute([&] {
       tbb::parallel_for(tbb::blocked_range<int>{0, count, static_cast<std::size_t>(grain)},
                         [&](const tbb::blocked_range<int>& part) { work(part.begin(), part.end()); });
     });
@@ -35,13 +40,13 @@ class Cpu {
   /// Calls both, at the same time if there is a thread for it.
   template <class First, class Second>
   void together(const First& first, const Second& second) {
-    arena_.execute([&] { tbb::parallel_for(0, 2, [&](int which) { which == 0 ? first() : second(); }); });
+    execute([&] { tbb::parallel_for(0, 2, [&](int which) { which == 0 ? first() : second(); }); });
   }
 
   /// Calls work(part, begin, end) with [0, count) cut into `parts` equal pieces.
   template <class Work>
   void for_parts(int count, int parts, const Work& work) {
-    arena_.execute([&] {
+    execute([&] {
       tbb::parallel_for(0, parts, [&](int part) {
         work(part, static_cast<int>(static_cast<long>(count) * part / parts),
              static_cast<int>(static_cast<long>(count) * (part + 1) / parts));
@@ -50,6 +55,16 @@ class Cpu {
   }
 
  private:
+  // oneTBB starts its threads at the first work for them.
+  template <class Work>
+  void execute(const Work& work) {
+    try {
+      arena_.execute(work);
+    } catch (const std::runtime_error& error) {
+      rethrow_as_device_error(error);
+    }
+  }
+
   int threads_;
   tbb::task_arena arena_;
 };

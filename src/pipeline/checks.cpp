@@ -49,14 +49,24 @@ void check_images(const FrameImages& images, const Rig& rig, const std::string& 
     throw InputError{"frame " + frame_name, "has neither a right image nor disparities.", "Give one of them, or both."};
   }
   const auto size = [](int width, int height) { return std::to_string(width) + " × " + std::to_string(height); };
-  const auto check_size = [&](const char* name, const auto& image) {
-    if (image.width == rig.width_px && image.height == rig.height_px) return;
-    throw InputError{"frame " + frame_name, std::string{name} + " has " + size(image.width, image.height) + " pixels.",
-                     "The calibration is of " + size(rig.width_px, rig.height_px) + "."};
+  const auto check_image = [&](const char* name, const auto& image) {
+    if (image.width != rig.width_px || image.height != rig.height_px) {
+      throw InputError{"frame " + frame_name, std::string{name} + " has " + size(image.width, image.height) + " pixels.",
+                       "The calibration is of " + size(rig.width_px, rig.height_px) + "."};
+    }
+    if (image.data == nullptr) {
+      throw InputError{"frame " + frame_name, std::string{name} + " has a size, but no pixels.",
+                       "Give the address of its first one."};
+    }
+    const std::ptrdiff_t pitch{image.pitch};
+    if (pitch < image.width && pitch > -image.width) {
+      throw InputError{"frame " + frame_name, std::string{name} + " has rows that overlap: pitch " + std::to_string(pitch) + " (allowed " + std::to_string(image.width) + " and more).",
+                       "The pitch counts elements from row to row; it is negative in images stored upside down."};
+    }
   };
-  check_size("left", images.left);
-  if (!images.right.empty()) check_size("right", images.right);
-  if (!images.disparity.empty()) check_size("disparity", images.disparity);
+  check_image("left", images.left);
+  if (!images.right.empty()) check_image("right", images.right);
+  if (!images.disparity.empty()) check_image("disparity", images.disparity);
 }
 
 }  // namespace
@@ -73,7 +83,8 @@ void check(const Config& config, const Rig& rig, const PipelineOptions& options)
   require(config.matching.disparities != 1, "matching.disparities must be 0 (automatic) or at least 2.");
   require(config.matching.method != MatchingMethod::semi_global ||
               matching_bytes(config.matching, rig) <= matching_bytes_max,
-          "matching.method=semi_global would take more than 64 GiB; take fewer disparities or smaller images.");
+          "matching.disparities, rig: matching.method=semi_global takes more than 64 GiB. Take fewer disparities or "
+          "smaller images.");
   require(options.back_end >= BackEnd::cpu && options.back_end <= BackEnd::automatic,
           "There is no such back end: it is cpu, reference, cuda or automatic.");
   require(options.device >= 0, "The device must be 0 or more: GPUs are counted from 0.");

@@ -17,9 +17,7 @@ FrameInput::FrameInput(const MotionConfig& config, const Rig& rig, const Pipelin
     : rig_{rig},
       levelling_{rig},
       clock_{config.gap_max_s},
-      ego_motion_{config, options.in_world_of_poses},
-      clock_before_{clock_},
-      ego_motion_before_{ego_motion_} {
+      ego_motion_{config, options.in_world_of_poses} {
   set_rig(rig);
   ego_motion_.start_at(options.start);
 }
@@ -29,9 +27,10 @@ void FrameInput::set_rig(const Rig& rig) {
   const Rig& level_rig{levelling.level_rig()};
   Image<std::uint8_t> left{level_rig.width_px, level_rig.height_px};
   Image<std::uint8_t> right{left};
-  disparity_ = Image<float>{level_rig.width_px, level_rig.height_px};
+  Image<float> disparity{level_rig.width_px, level_rig.height_px};
   left_ = std::move(left);
   right_ = std::move(right);
+  disparity_ = std::move(disparity);
   levelling_ = levelling;
   rig_ = rig;
 }
@@ -45,8 +44,6 @@ void FrameInput::check(const StereoFrame& frame, const FrameImages& images) cons
 }
 
 LevelFrame FrameInput::convert(const StereoFrame& frame, const FrameImages& images, Cpu& cpu, FrameResult& result) {
-  clock_before_ = clock_;
-  ego_motion_before_ = ego_motion_;
   FrameClock::Tick tick{clock_.tick(frame.stamp_ns)};
   if (tick.leap) {
     ego_motion_.restart();
@@ -90,9 +87,9 @@ void FrameInput::level(const FrameImages& images, Cpu& cpu) {
   if (!images.disparity.empty()) levelling_.apply(cpu, images.disparity, disparity_.view());
 }
 
-void FrameInput::rewind() {
-  clock_ = clock_before_;
-  ego_motion_ = ego_motion_before_;
+void FrameInput::rewind(const Moment& before) {
+  clock_ = before.clock;
+  ego_motion_ = before.ego_motion;
 }
 
 void FrameInput::restart() {

@@ -30,8 +30,14 @@ class FrameInput {
   /// The views are `images` or of this object's images, until the next call. Sets status and warnings of clock and
   /// poses in `result`.
   LevelFrame convert(const StereoFrame& frame, const FrameImages& images, Cpu& cpu, FrameResult& result);
-  /// Time and world as they were before the last convert(): the same frame may be converted again.
-  void rewind();
+  /// Time and world between two frames.
+  struct Moment {
+    FrameClock clock;
+    EgoMotion ego_motion;
+  };
+  [[nodiscard]] Moment moment() const { return {clock_, ego_motion_}; }
+  /// Time and world as they were: the same frame may be converted again.
+  void rewind(const Moment& before);
   /// Makes the next frame a first one.
   void restart();
 
@@ -50,8 +56,6 @@ class FrameInput {
   Levelling levelling_;
   FrameClock clock_;
   EgoMotion ego_motion_;
-  FrameClock clock_before_;
-  EgoMotion ego_motion_before_;
   Image<std::uint8_t> left_;
   Image<std::uint8_t> right_;
   Image<float> disparity_;

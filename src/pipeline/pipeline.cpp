@@ -137,27 +137,36 @@ struct Pipeline::Implementation {
   // Without StagesOptions::stage_images the stages work in images of the pipeline's own.
   void process(const StereoFrame& frame, const FrameImages& images, FrameResult& into) {
     input.check(frame, images);
+    if (is_unfinished) reset();
+    const FrameInput::Moment before{input.moment()};
     Stopwatch watch;
-    process_anywhere(frame, images, into);
-    std::string found{use_found_extrinsics()};
-    if (is_first && !found.empty()) {  // a pair alone gets a grid, too
-      input.rewind();
-      process_anywhere(frame, images, into);
+    try {
+      process_anywhere(frame, images, into, before);
+      std::string found{use_found_extrinsics()};
+      if (is_first && !found.empty()) {  // a pair alone gets a grid, too
+        input.rewind(before);
+        process_anywhere(frame, images, into, before);
+      }
+      if (!found.empty()) into.warnings.push_back(std::move(found));
+    } catch (...) {
+      input.rewind(before);  // the frame may be given again
+      throw;
     }
-    if (!found.empty()) into.warnings.push_back(std::move(found));
+    is_unfinished = false;
     is_first = false;
     into.timing_ms.total = watch.lap();
   }
 
   // A GPU that is lost, or whose driver fails: `automatic` continues on the CPU.
-  void process_anywhere(const StereoFrame& frame, const FrameImages& images, FrameResult& into) {
+  void process_anywhere(const StereoFrame& frame, const FrameImages& images, FrameResult& into,
+                        const FrameInput::Moment& before) {
     try {
       return process_on_rig(frame, images, into);
     } catch (const DeviceError& error) {
       if (!is_automatic || options.back_end != BackEnd::cuda) throw;
       why_not_cuda = error.what();
     }
-    input.rewind();
+    input.rewind(before);
     options.back_end = BackEnd::cpu;
     set_rig(Rig{input.rig()});
     process_on_rig(frame, images, into);
@@ -175,6 +184,7 @@ struct Pipeline::Implementation {
     into.level_rig = input.level_rig();
 
     const LevelFrame converted{input.convert(frame, images, cpu, into)};
+    is_unfinished = true;
     frames->process(converted, into);
     if (!into.predictions.empty()) frames->stages().predict(converted.world_from_vehicle, into);
 
@@ -198,27 +208,47 @@ struct Pipeline::Implementation {
     made->continue_ids(*frames);
     input.set_rig(rig);
     frames = std::move(made);
+    is_unfinished = false;
   }
 
   void reset() {
+    is_unfinished = true;
     is_first = true;
     input.restart();
     frames->reset();
+    is_unfinished = false;
   }
 
-  template <class State>
-  void exchange(State& state) {
-    state(input, is_first);
+  [[nodiscard]] std::vector<std::byte> save() {
+    if (is_unfinished) reset();
+    StateWriter state;
     Rig rig{input.rig()};
-    state(rig);
-    if constexpr (std::is_same_v<State, StateWriter>) {
-      frames->save(state);
-    } else {
-      const bool is_rig{problems(rig).empty() && with_extrinsics(given_rig, extrinsics_of(rig)) == rig};
-      state.require(is_rig && (rig == input.rig() || !options.extrinsics_given));
-      if (is_rig && rig != input.rig()) set_rig(rig);
-      frames->load(state);
-    }
+    state(input, is_first, rig);
+    frames->save(state);
+    return sealed(state.bytes(), settings_of(config, given_rig, options));
+  }
+
+  // Loads into new stages: nothing has changed where it throws.
+  void load(std::span<const std::byte> saved) {
+    const auto require = [](bool fits) {
+      if (!fits) throw InputError{"saved state", "does not fit this pipeline.", "Begin without it."};
+    };
+    StateReader state{unsealed(saved, settings_of(config, given_rig, options))};
+    FrameInput loaded{input};
+    bool loaded_is_first{};
+    Rig rig{given_rig};
+    state(loaded, loaded_is_first, rig);
+    require(problems(rig).empty() && with_extrinsics(given_rig, extrinsics_of(rig)) == rig &&
+            (rig == input.rig() || !options.extrinsics_given));
+    if (rig != input.rig()) loaded.set_rig(rig);
+    std::unique_ptr<FramePipeline> made{make_frames(rig)};
+    made->load(state);
+    require(state.fits());
+    static_assert(std::is_nothrow_move_assignable_v<FrameInput>);
+    input = std::move(loaded);
+    frames = std::move(made);
+    is_first = loaded_is_first;
+    is_unfinished = false;
   }
 
   Rig given_rig;
@@ -233,6 +263,7 @@ struct Pipeline::Implementation {
   StageImages unwanted_stages;
   GridGeometry window;  // window of the last frame
   bool is_first{true};
+  bool is_unfinished{false};  // the stages have begun a frame that has thrown: the next one starts anew
   std::atomic_flag in_use;
 };
 
@@ -306,18 +337,12 @@ const std::string& Pipeline::why_not_cuda() const {
 std::vector<std::byte> Pipeline::save_state() const {
   Implementation& self{implementation()};
   const Exclusive use{self.in_use};
-  StateWriter state;
-  state(self);
-  return sealed(state.bytes(), settings_of(self.config, self.given_rig, self.options));
+  return self.save();
 }
 void Pipeline::load_state(std::span<const std::byte> saved) {
   Implementation& self{implementation()};
   const Exclusive use{self.in_use};
-  StateReader state{unsealed(saved, settings_of(self.config, self.given_rig, self.options))};
-  state(self);
-  if (state.fits()) return;
-  self.reset();  // the partly loaded state is invalid
-  throw InputError{"saved state", "does not fit this pipeline.", "Begin without it."};
+  self.load(saved);
 }
 
 std::string_view simd_target() {

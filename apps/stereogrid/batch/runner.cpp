@@ -185,6 +185,9 @@ class Runner {
       return complain(exit_try_again, "out of memory");
     } catch (const DeviceError& error) {
       return complain(exit_try_again, error.what());
+    } catch (const std::system_error& error) {  // such as a thread that cannot be started
+      const bool may_help{error.code() == std::errc::resource_unavailable_try_again};
+      return complain(may_help ? exit_try_again : exit_bug, error.what());
     } catch (const std::exception& error) {
       return complain(exit_bug, std::string{"internal error: "} + error.what());
     }

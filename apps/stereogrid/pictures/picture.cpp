@@ -41,9 +41,9 @@ Box camera_box(const Rig& rig) {
           std::max(1, static_cast<int>(rig.width_px * scale)), std::max(1, static_cast<int>(rig.height_px * scale))};
 }
 
-/// Whole pixels per cell where cells are large enough for it, in at most `height_px`.
+/// Whole pixels per cell where cells are large enough for it, in at most `height_px`, and no wider than a camera.
 Box grid_box(const GridGeometry& grid, int height_px) {
-  const double fitting{static_cast<double>(height_px) / grid.nx};
+  const double fitting{std::min(static_cast<double>(height_px) / grid.nx, static_cast<double>(camera_width_max_px) / grid.ny)};
   const double scale{fitting >= 5 ? std::floor(fitting) : fitting};
   return {0, 0, std::max(1, static_cast<int>(grid.ny * scale)), std::max(1, static_cast<int>(grid.nx * scale))};
 }
