@@ -47,8 +47,8 @@ void add_problems_of_sizes(const Config& config, std::vector<std::string>& found
   const auto require_cells = [&](std::string_view key, double side_m) {
     const double cells{std::round(side_m / config.grid.cell_size_m)};
     require(cells >= 1 && cells <= cells_max, {key, "grid.cell_size_m"},
-            (cells < 1 ? "no cell" : "more than " + std::to_string(cells_max) + " cells") + " along that side (allowed 1 … " +
-                std::to_string(cells_max) + "). Take " +
+            (cells < 1 ? "no cell" : "more than " + std::to_string(cells_max) + " cells") +
+                " along that side (allowed 1 … " + std::to_string(cells_max) + "). Take " +
                 (cells < 1 ? "smaller cells or a larger grid." : "larger cells or a smaller grid."));
   };
   require_cells("grid.length_m", config.grid.length_m);

@@ -32,6 +32,7 @@ Pipeline start_pipeline(const Config& config, const Rig& rig, const DeviceOption
     if (!pipeline.why_not_cuda().empty()) spdlog::info("on the CPU. No GPU: {}", pipeline.why_not_cuda());
     return pipeline;
   } catch (const DeviceError& error) {
+    if (made.back_end != BackEnd::cuda) throw;  // such as a thread that cannot be started
     throw DeviceError{fmt::format("--device {}: {} Take --device cpu, or auto.", options.device, error.what())};
   }
 }

@@ -11,6 +11,7 @@
 #include "arrays.hpp"
 #include "bindings.hpp"
 #include "recording.hpp"
+#include "released_gil.hpp"
 #include "stereogrid/error.hpp"
 
 namespace stereogrid::python {
@@ -71,7 +72,7 @@ void bind_truth(nb::module_& module) {
 
 std::unique_ptr<FrameTruth> truth_of(const Frame& frame) {
   if (!frame.recording) throw InputError{"The frame is not one of a recording and has no truth."};
-  const nb::gil_scoped_release release;
+  const ReleasedGil release;
   return std::make_unique<FrameTruth>(frame.recording->truth(static_cast<std::size_t>(frame.data.index)));
 }
 

@@ -6,6 +6,7 @@
 
 #include "arrays.hpp"
 #include "recording.hpp"
+#include "released_gil.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/scenes/scene.hpp"
@@ -54,7 +55,7 @@ std::optional<io::QueuedFrame> FrameIterator::wait() {
   constexpr std::chrono::milliseconds between_signals{100};
   for (;;) {
     {
-      const nb::gil_scoped_release release;
+      const ReleasedGil release;
       if (queue_.is_ready_within(between_signals)) return queue_.next();
     }
     if (PyErr_CheckSignals() != 0) throw nb::python_error();
@@ -75,7 +76,7 @@ std::unique_ptr<Frame> FrameIterator::next() {
       continue;
     }
     if (!std::exchange(is_checked_, true)) {
-      const nb::gil_scoped_release release;
+      const ReleasedGil release;
       const std::optional<std::string> complaint{io::complaint_if_swapped(*queued->frame)};
       if (complaint) throw InputError{*complaint};
     }

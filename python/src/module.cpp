@@ -3,11 +3,13 @@
 #include <nanobind/stl/string_view.h>
 
 #include "bindings.hpp"
+#include "released_gil.hpp"
 #include "stereogrid/pipeline.hpp"
 
 NB_MODULE(_core, module) {
   using namespace stereogrid::python;
   module.doc() = "Bindings of the C++ library; import stereogrid instead.";
+  bind_exit(module);
   bind_errors(module);
   bind_config(module);
   bind_geometry(module);

@@ -13,6 +13,7 @@
 #include <optional>
 
 #include "bindings.hpp"
+#include "released_gil.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/recording.hpp"
 
@@ -39,7 +40,7 @@ ResultObject PyPipeline::process(const Frame& frame) {
   const Busy busy{*this};
   ResultObject result{new_result()};
   auto& of_frame{nb::cast<Result&>(result)};
-  const nb::gil_scoped_release release;
+  const ReleasedGil release;
   run(frame, frame.data, of_frame);
   return result;
 }
@@ -92,7 +93,7 @@ ResultObject PyPipeline::process(ArrayFrame arrays) {
   if (has_depth) external.emplace(arrays.depth, "depth");
   ResultObject result{new_result()};
   auto& of_frame{nb::cast<Result&>(result)};
-  const nb::gil_scoped_release release;
+  const ReleasedGil release;
   const FrameImages images{images_of(arrays, left, right, external)};
   StereoFrame& frame{frame_.data};
   frame.stamp_ns = arrays.stamp_ns.value_or(next_stamp_ns_);
@@ -118,7 +119,7 @@ void construct(PyPipeline* self, const Config& config, const MountedRig& rig, co
   options.horizons_s = horizons_s;
   options.start = start.value_or(options.start);
   options.in_world_of_poses = in_world_of_poses;
-  const nb::gil_scoped_release release;
+  const ReleasedGil release;
   new (self) PyPipeline{config, rig, where, std::move(options)};
 }
 

@@ -16,6 +16,7 @@
 #include <variant>
 
 #include "bindings.hpp"
+#include "released_gil.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/scenes/scene.hpp"
@@ -94,7 +95,7 @@ std::size_t place_of(const Recording& recording, std::int64_t index) {
 
 std::unique_ptr<Frame> frame_at(const std::shared_ptr<Recording>& self, std::int64_t index) {
   const std::size_t place{place_of(*self, index)};
-  const nb::gil_scoped_release release;
+  const ReleasedGil release;
   auto frame{std::make_unique<Frame>()};
   frame->data = self->source().load(place);
   if (self->input().poses != app::PoseSource::input) frame->data.world_from_vehicle.reset();
@@ -110,8 +111,7 @@ void save(const Recording& self, const Path& folder, bool truth) {
     const StereoFrame frame{self.source().load(i)};
     const std::optional<FrameTruth> known{with_truth ? std::optional{self.truth(i)} : std::nullopt};
     writer.write(frame, known ? &*known : nullptr);
-    const nb::gil_scoped_acquire acquire;
-    if (PyErr_CheckSignals() != 0) throw nb::python_error();
+    check_signals();
   }
   writer.finish();
 }
@@ -165,8 +165,7 @@ void bind_recording_class(nb::module_& module) {
         return frames;
       },
       "(index, name, reason) of the frames that the last iteration has skipped.");
-  recording.def("save", &save, nb::arg("folder"), nb::kw_only(), nb::arg("truth") = true,
-                nb::call_guard<nb::gil_scoped_release>(),
+  recording.def("save", &save, nb::arg("folder"), nb::kw_only(), nb::arg("truth") = true, nb::call_guard<ReleasedGil>(),
                 "Writes the frames as a plain folder, with truth where there is some. Raises InputError, DeviceError.");
 }
 
@@ -179,13 +178,13 @@ void bind_recording(nb::module_& module) {
              nb::arg("depth") = nb::none(), nb::arg("depth_scale") = nb::none(), nb::arg("mask") = nb::none(),
              nb::arg("layout") = "", nb::arg("left_topic") = "", nb::arg("right_topic") = "",
              nb::arg("pair_tolerance_ms") = nb::none(), nb::arg("frames") = "",
-             nb::call_guard<nb::gil_scoped_release>(),
+             nb::call_guard<ReleasedGil>(),
              "Opens what stereogrid run takes as INPUT: a folder, a bag of ROS 2, a list of left and right image or "
              "video, or \"scene:...\". The arguments are the options of stereogrid run; frames: \"FIRST:LAST\", both "
              "included. Raises InputError, ConfigError.");
   module.def("simulate", &simulate, nb::arg("scene"), nb::kw_only(), nb::arg("frames") = nb::none(),
              nb::arg("seed") = nb::none(), nb::arg("width_px") = nb::none(), nb::arg("height_px") = nb::none(),
-             nb::call_guard<nb::gil_scoped_release>(),
+             nb::call_guard<ReleasedGil>(),
              "Renders a built-in scene, such as \"street\" or \"scene:street?frames=60&seed=3\", with exact truth in "
              "Frame.truth. Raises InputError.");
   module.def("scene_names", &scenes::scene_names, "Returns the names of the built-in scenes.");

@@ -19,6 +19,7 @@
 #include "arrays.hpp"
 #include "bindings.hpp"
 #include "geometry.hpp"
+#include "released_gil.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/run_folder/frame_files.hpp"
 #include "stereogrid/io/run_folder/stages.hpp"
@@ -180,7 +181,7 @@ void bind_facts(nb::class_<Result>& result) {
       [](const Result& self, const std::filesystem::path& path, const std::vector<std::string>& layers) {
         io::write_grids(path, self.data, layers);
       },
-      nb::arg("path"), nb::arg("layers") = std::vector<std::string>{}, nb::call_guard<nb::gil_scoped_release>(),
+      nb::arg("path"), nb::arg("layers") = std::vector<std::string>{}, nb::call_guard<ReleasedGil>(),
       "Writes the grids as stereogrid run does (.npz). layers: some of its arrays; empty: all. Raises DeviceError.");
   result.def("__repr__", [](const Result& self) {
     return repr_of("FrameResult", std::pair{"name", self.name}, std::pair{"stamp_ns", self.stamp_ns},

@@ -15,6 +15,7 @@
 #include "bindings.hpp"
 #include "evaluate/evaluate.hpp"
 #include "geometry.hpp"
+#include "released_gil.hpp"
 #include "stereogrid/io/json_text.hpp"
 #include "stereogrid/io/run_folder/run_reader.hpp"
 
@@ -67,10 +68,7 @@ std::string evaluate(const Path& run, const std::optional<Path>& input, const st
   options.input = input ? input->string() : "";
   options.truth = truth;
   options.camera_height_m = camera_height_m;
-  const app::Evaluation evaluation{app::evaluate(options, [](std::size_t, std::size_t) {
-    const nb::gil_scoped_acquire acquire;
-    if (PyErr_CheckSignals() != 0) throw nb::python_error();
-  })};
+  const app::Evaluation evaluation{app::evaluate(options, [](std::size_t, std::size_t) { check_signals(); })};
   const nlohmann::ordered_json json(app::json_of(evaluation));
   return io::json_text(json);
 }
@@ -88,19 +86,19 @@ void bind_run(nb::module_& module) {
   run.def(
       "grids",
       [](const io::RunReader& self, const std::string& name) {
-        const nb::gil_scoped_release release;
+        const ReleasedGil release;
         return read_grids(self, name);
       },
       nb::arg("name"), "Reads the grids of a frame. Raises InputError.");
   module.def(
       "read_run",
       [](const Path& folder) {
-        const nb::gil_scoped_release release;
+        const ReleasedGil release;
         return std::make_shared<io::RunReader>(folder);
       },
       nb::arg("folder"), "Opens the folder of a run. Raises InputError.");
   module.def("evaluate_json", &evaluate, nb::arg("run"), nb::arg("input") = nb::none(), nb::arg("truth") = "",
-             nb::arg("camera_height_m") = nb::none(), nb::call_guard<nb::gil_scoped_release>());
+             nb::arg("camera_height_m") = nb::none(), nb::call_guard<ReleasedGil>());
 }
 
 }  // namespace stereogrid::python

@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
 #include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
@@ -12,6 +13,7 @@
 #include "bindings.hpp"
 #include "locks/folder_lock.hpp"
 #include "pipeline.hpp"
+#include "released_gil.hpp"
 #include "run/damaged_frames.hpp"
 #include "run/lidar_stage.hpp"
 #include "run/resume.hpp"
@@ -57,6 +59,7 @@ class RunWriter {
 
   /// Frames that the run lacks, after those whose state is loaded into the pipeline.
   [[nodiscard]] std::shared_ptr<FrameIterator> frames() {
+    require_open();
     if (frames_) throw nb::value_error("A RunWriter is iterated once. Make another one with resume=True.");
     frames_ = std::make_shared<FrameIterator>(
         recording_, [this](app::PoseStage& poses) { return first_frame(poses); },
@@ -65,16 +68,18 @@ class RunWriter {
   }
 
   [[nodiscard]] ResultObject process(const Frame& frame) {
+    require_open();
     if (options_.resume && !frames_) throw nb::value_error("resume: iterate over the RunWriter, not the recording.");
+    const std::size_t index{index_of(frame)};
     last_.reset();
     ResultObject result{fuses_lidar() ? fused(frame) : pipeline_.process(frame)};
     const Rig next_rig{pipeline_.exclusively([](const Pipeline& p) { return p.next_rig(); })};
-    const auto index{static_cast<std::size_t>(frame.data.index)};
+    next_ = index + 1;
     record_.set_rig(next_rig);
     last_ = index;
     if (index >= first_to_write_) {
       const auto& written{nb::cast<const Result&>(result)};
-      const nb::gil_scoped_release release;
+      const ReleasedGil release;
       write(frame, written);
     }
     return result;
@@ -92,6 +97,21 @@ class RunWriter {
   }
 
  private:
+  void require_open() const {
+    if (!lock_) throw nb::value_error("The RunWriter is closed. Make another one with resume=True.");
+  }
+
+  // Readers of the folder expect frames in the order of the recording.
+  [[nodiscard]] std::size_t index_of(const Frame& frame) const {
+    const auto index{static_cast<std::size_t>(frame.data.index)};
+    const std::size_t end{recording_->range().end};
+    if (index >= next_ && index < end) return index;
+    throw InputError{
+        fmt::format("frame {}: index {} (allowed {} … {}). A run has the frames of its recording, in their "
+                    "order, each once.",
+                    frame.data.name, frame.data.index, next_, end - 1)};
+  }
+
   [[nodiscard]] bool fuses_lidar() const {
     if (options_.fuse != "none" && options_.fuse != "lidar") {
       throw ConfigError{"fuse '" + options_.fuse + "' (allowed: none, lidar)."};
@@ -165,6 +185,7 @@ class RunWriter {
   io::Checkpoints checkpoints_;
   std::ofstream lines_;
   std::size_t first_to_write_{0};
+  std::size_t next_{recording_->range().first};  ///< least index of the next frame
   std::shared_ptr<FrameIterator> frames_;
   std::optional<std::size_t> last_;  ///< frame that the pipeline's state is of
 };
@@ -191,7 +212,8 @@ void bind_run_writer(nb::module_& module) {
       "folder holds a run, or one with other settings; DeviceError: another process writes there.");
   writer.def("__iter__", &RunWriter::frames, "Frames to process. Those of a stopped run continue after its state.");
   writer.def("process", &RunWriter::process, nb::arg("frame"),
-             "Processes a frame, writes its results and returns them. Raises InputError, DeviceError.");
+             "Processes a frame, writes its results and returns them. Raises InputError, also for frames that are not "
+             "in the order of the recording; DeviceError; ValueError: closed.");
   writer.def("close", &RunWriter::close, "Writes run.json and releases the folder. Raises DeviceError.");
   writer.def(
       "__enter__", [](nb::handle self) { return nb::borrow(self); }, nb::sig("def __enter__(self) -> RunWriter"));

@@ -43,9 +43,10 @@ void require_threads(int count) {
 void rethrow_as_device_error(const std::runtime_error& error) {
   const bool is_of_a_thread{typeid(error) == typeid(std::runtime_error) || typeid(error) == typeid(std::system_error)};
   if (!is_of_a_thread) throw;
-  throw DeviceError{std::string{"a thread cannot be started: "} + error.what() +
-                    ". Allow more threads or address space (ulimit -u, ulimit -v, the container's limits), or use fewer "
-                    "threads."};
+  throw DeviceError{
+      std::string{"a thread cannot be started: "} + error.what() +
+      ". Allow more threads or address space (ulimit -u, ulimit -v, the container's limits), or use fewer "
+      "threads."};
 }
 
 }  // namespace stereogrid

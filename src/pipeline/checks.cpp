@@ -51,7 +51,8 @@ void check_images(const FrameImages& images, const Rig& rig, const std::string& 
   const auto size = [](int width, int height) { return std::to_string(width) + " × " + std::to_string(height); };
   const auto check_image = [&](const char* name, const auto& image) {
     if (image.width != rig.width_px || image.height != rig.height_px) {
-      throw InputError{"frame " + frame_name, std::string{name} + " has " + size(image.width, image.height) + " pixels.",
+      throw InputError{"frame " + frame_name,
+                       std::string{name} + " has " + size(image.width, image.height) + " pixels.",
                        "The calibration is of " + size(rig.width_px, rig.height_px) + "."};
     }
     if (image.data == nullptr) {
@@ -60,7 +61,9 @@ void check_images(const FrameImages& images, const Rig& rig, const std::string& 
     }
     const std::ptrdiff_t pitch{image.pitch};
     if (pitch < image.width && pitch > -image.width) {
-      throw InputError{"frame " + frame_name, std::string{name} + " has rows that overlap: pitch " + std::to_string(pitch) + " (allowed " + std::to_string(image.width) + " and more).",
+      throw InputError{"frame " + frame_name,
+                       std::string{name} + " has rows that overlap: pitch " + std::to_string(pitch) + " (allowed " +
+                           std::to_string(image.width) + " and more).",
                        "The pitch counts elements from row to row; it is negative in images stored upside down."};
     }
   };

@@ -14,10 +14,7 @@
 namespace stereogrid {
 
 FrameInput::FrameInput(const MotionConfig& config, const Rig& rig, const PipelineOptions& options)
-    : rig_{rig},
-      levelling_{rig},
-      clock_{config.gap_max_s},
-      ego_motion_{config, options.in_world_of_poses} {
+    : rig_{rig}, levelling_{rig}, clock_{config.gap_max_s}, ego_motion_{config, options.in_world_of_poses} {
   set_rig(rig);
   ego_motion_.start_at(options.start);
 }

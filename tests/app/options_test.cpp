@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "process.hpp"
+#include "stereogrid/io/image_file.hpp"
 #include "support.hpp"
 
 namespace stereogrid::app::testing {
@@ -81,6 +82,35 @@ TEST(Options, NumbersThatAreNoneAreRefused) {
     const std::string said{std::string{"--threads: "} + threads + " is no whole number from 0 to 1024"};
     expect_refused({{"run", "scene:empty", "--out", out, "--threads", threads}, said}, 64);
   }
+}
+
+// Each value is within its range.
+TEST(Options, AGridOfNoCellsIsRefused) {
+  const TemporaryFolder folder;
+  const std::string out{(folder / "never").string()};
+  const std::string scene{small_scene("empty", "&frames=1")};
+  const std::string said{"grid.length_m is 1, grid.cell_size_m is 5: no cell along that side"};
+  const auto with_grid = [](std::vector<std::string> words) {
+    words.insert(words.end(), {"--set", "grid.length_m=1", "--set", "grid.cell_size_m=5"});
+    return words;
+  };
+  for (const std::vector<std::string>& words : {std::vector<std::string>{"run", scene, "--out", out},
+                                                {"run", scene, "--out", out, "--pictures"},
+                                                {"live", scene, "--listen", "127.0.0.1:0"},
+                                                {"batch", "plan", scene, "--out", out}}) {
+    expect_refused({with_grid(words), said}, 64);
+  }
+  EXPECT_FALSE(fs::exists(out));
+}
+
+TEST(Options, PicturesOfAWideGridAreNoWiderThanOthers) {
+  const TemporaryFolder folder;
+  const fs::path out{folder / "run"};
+  run_well({"run", small_scene("empty", "&frames=1"), "--out", out.string(), "--pictures", "--set", "grid.length_m=1",
+            "--set", "grid.width_m=500", "--set", "grid.cell_size_m=1"});
+  const fs::directory_iterator picture{out / "pictures"};
+  const Image<std::uint8_t> read{io::read_grey(picture->path())};
+  EXPECT_LT(read.width(), 4000);
 }
 
 TEST(Options, EmptyValuesAreRefused) {

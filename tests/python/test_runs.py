@@ -55,6 +55,32 @@ def test_a_folder_has_one_writer(drive: Path, tmp_path: Path) -> None:
     assert not (tmp_path / ".lock").exists()
 
 
+def test_frames_are_taken_in_their_order_and_once(drive: Path, tmp_path: Path) -> None:
+    with writer(tmp_path, drive) as run:
+        frames = list(run)
+        run.process(frames[1])
+        for refused in (frames[0], frames[1]):
+            with pytest.raises(sg.InputError, match=r"index . \(allowed 2 … .\)"):
+                run.process(refused)
+        run.process(frames[2])
+    assert [line["index"] for line in lines_of(tmp_path)] == [1, 2]
+    assert len(sg.read_run(tmp_path)) == 2
+
+
+def test_a_closed_writer_takes_no_frame(drive: Path, tmp_path: Path) -> None:
+    run = writer(tmp_path, drive)
+    frames = list(run)
+    run.process(frames[0])
+    run.close()
+    before = (tmp_path / "frames.jsonl").read_bytes()
+    with pytest.raises(ValueError, match="closed"):
+        run.process(frames[1])
+    with pytest.raises(ValueError, match="closed"):
+        next(iter(run))
+    assert (tmp_path / "frames.jsonl").read_bytes() == before
+    assert not list((tmp_path / "grids").glob(f"{frames[1].name}*"))
+
+
 @pytest.mark.tool
 def test_the_tool_respects_a_writer(tool: Any, drive: Path, tmp_path: Path) -> None:
     with writer(tmp_path, drive), pytest.raises(AssertionError, match="another stereogrid is writing"):

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import os
 import resource
+import subprocess
 import sys
 import threading
 import time
@@ -72,6 +73,42 @@ def test_the_gil_is_released(scene: sg.Recording, frames: list[sg.Frame]) -> Non
         ticks += 1
         time.sleep(0.001)
     assert (times and ticks > 5) or times[0] < 0.01
+
+
+AT_EXIT = """
+import threading, time
+import stereogrid as sg
+recording = sg.simulate("street", frames=2, width_px=256, height_px=160)
+frames = list(recording)
+begun = threading.Event()
+
+def process():
+    pipeline = sg.Pipeline(sg.preset("default"), recording.rig, device="{device}")
+    while True:
+        for index, frame in enumerate(frames):
+            if index == 0:
+                pipeline.reset()
+            pipeline.process(frame)
+            begun.set()
+
+def iterate():
+    while True:
+        list(recording)
+        begun.set()
+
+threading.Thread(target={work}, daemon=True).start()
+begun.wait()
+{end}
+"""
+
+
+@pytest.mark.parametrize("work, device", [("process", "cpu"), ("process", "reference"), ("iterate", "cpu")])
+@pytest.mark.parametrize("end, code", [("time.sleep(0.05)", 0), ("raise SystemExit(3)", 3)])
+def test_the_interpreter_ends_during_a_call(work: str, device: str, end: str, code: int) -> None:
+    program = AT_EXIT.format(work=work, device=device, end=end)
+    for _ in range(3):
+        ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+        assert (ended.returncode, ended.stdout, ended.stderr) == (code, "", "")
 
 
 def last_occupancy(length_m: float) -> Any:

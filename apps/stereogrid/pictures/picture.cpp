@@ -43,7 +43,8 @@ Box camera_box(const Rig& rig) {
 
 /// Whole pixels per cell where cells are large enough for it, in at most `height_px`, and no wider than a camera.
 Box grid_box(const GridGeometry& grid, int height_px) {
-  const double fitting{std::min(static_cast<double>(height_px) / grid.nx, static_cast<double>(camera_width_max_px) / grid.ny)};
+  const double fitting{
+      std::min(static_cast<double>(height_px) / grid.nx, static_cast<double>(camera_width_max_px) / grid.ny)};
   const double scale{fitting >= 5 ? std::floor(fitting) : fitting};
   return {0, 0, std::max(1, static_cast<int>(grid.ny * scale)), std::max(1, static_cast<int>(grid.nx * scale))};
 }

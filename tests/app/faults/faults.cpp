@@ -13,13 +13,17 @@
 //   STEREOGRID_FAULTS_HANG    a file: opening it never returns, as on a disconnected network file system
 //   STEREOGRID_FAULTS_READ    a file whose reads fail (EIO), as an absolute path without symbolic links
 //   STEREOGRID_FAULTS_READ_AFTER  only once this file exists
+//   STEREOGRID_FAULTS_THREAD  which thread, from 1, and all after it cannot be started (EAGAIN); those that OpenBLAS
+//                             starts before main() are not counted
 #include <dirent.h>
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <limits.h>
+#include <pthread.h>
 #include <signal.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <string.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
@@ -122,6 +126,14 @@ bool is_read_to_fail(int descriptor) {
   if (!after.empty() && access(after.c_str(), F_OK) != 0) return false;
   errno = EIO;
   return true;
+}
+
+bool may_start_thread(const void* caller) {
+  static const int failing{std::atoi(variable("STEREOGRID_FAULTS_THREAD").c_str())};
+  static std::atomic<int> started{0};
+  Dl_info module{};
+  const bool is_counted{dladdr(caller, &module) == 0 || strstr(module.dli_fname, "openblas") == nullptr};
+  return failing == 0 || !is_counted || ++started < failing;
 }
 
 bool is_lock(std::string_view path) {
@@ -273,6 +285,11 @@ DIR* opendir(const char* path) {
 
 struct dirent* readdir(DIR* folder) {
   return is_query_to_fail("readdir", target_of(dirfd(folder))) ? nullptr : REAL(readdir)(folder);
+}
+
+int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*work)(void*), void* argument) noexcept {
+  if (!may_start_thread(__builtin_return_address(0))) return EAGAIN;
+  return REAL(pthread_create)(thread, attributes, work, argument);
 }
 
 int flock(int descriptor, int operation) noexcept {

@@ -218,6 +218,33 @@ TEST(Config, AllProblemsAreToldAtOnce) {
   EXPECT_TRUE(mentions(found, "velocities"));
 }
 
+TEST(Config, SizesThatTwoParametersGiveTogetherNameBoth) {
+  const auto only_problem_of = [](const char* key, const char* value, const char* other, const char* other_value) {
+    Config config;
+    set(config, key, value);
+    set(config, other, other_value);
+    const std::vector<std::string> found{problems(config)};
+    EXPECT_EQ(found.size(), 1u) << key;
+    return found.empty() ? std::string{} : found[0];
+  };
+  EXPECT_EQ(only_problem_of("grid.length_m", "1", "grid.cell_size_m", "5"),
+            "grid.length_m is 1, grid.cell_size_m is 5: no cell along that side (allowed 1 … 4000). Take smaller cells "
+            "or a larger grid.");
+  EXPECT_EQ(only_problem_of("grid.width_m", "500", "grid.cell_size_m", "0.1"),
+            "grid.width_m is 500, grid.cell_size_m is 0.1: more than 4000 cells along that side (allowed 1 … 4000). "
+            "Take larger cells or a smaller grid.");
+  EXPECT_EQ(only_problem_of("u_disparity.obstacle_min_height_m", "2", "u_disparity.obstacle_height_m", "1.8"),
+            "u_disparity.obstacle_min_height_m is 2, u_disparity.obstacle_height_m is 1.8: no height is left for "
+            "obstacles. Take a minimum height below the other.");
+  EXPECT_EQ(
+      only_problem_of("vehicle.step_max_m", "0.5", "vehicle.height_m", "0.5"),
+      "vehicle.step_max_m is 0.5, vehicle.height_m is 0.5: no height is left for obstacles. Take a step below the "
+      "vehicle's height.");
+  Config one_cell;
+  one_cell.grid = {2.5, 2.6, 5};
+  EXPECT_TRUE(problems(one_cell).empty());
+}
+
 TEST(Config, BothEndsOfARangeAreAllowedAndNothingBeyond) {
   Config config;
   config.filter.likelihood_exponent = 1;

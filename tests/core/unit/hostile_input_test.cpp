@@ -4,6 +4,7 @@
 // Implausible numbers: in poses, disparities, other grids and arguments.
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <limits>
@@ -139,6 +140,52 @@ TEST_P(HostileInput, OtherGridsThatAreNoneAreRefused) {
       frame.other_grids = {{place, Image<float>(2, 2, 0.9f), {}}};
       EXPECT_THROW(static_cast<void>(wall_.pipeline.process(frame)), InputError);
     }
+  }
+}
+
+// A view of each image that has a size but no pixels, and one whose rows overlap.
+TEST_P(HostileInput, ViewsWithoutPixelsOrWithRowsThatOverlapAreRefused) {
+  const StereoFrame frame{wall_.frame(0)};
+  const Image<float> disparity{small_rig().width_px, small_rig().height_px, 5.0f};
+  FrameImages given{frame};
+  given.right = {};
+  given.disparity = disparity.view();
+  FrameResult result;
+  const auto expect_refused = [&](const FrameImages& images, const char* problem) {
+    EXPECT_THAT(complaint_of<InputError>([&] { wall_.pipeline.process(frame, images, result); }), HasSubstr(problem));
+  };
+  const auto expect_checked = [&](const FrameImages& images, auto member) {
+    FrameImages bad{images};
+    (bad.*member).data = nullptr;
+    expect_refused(bad, "has a size, but no pixels");
+    bad = images;
+    for (const int pitch : {0, 1, small_rig().width_px - 1, 1 - small_rig().width_px}) {
+      (bad.*member).pitch = pitch;
+      expect_refused(bad, "rows that overlap");
+    }
+  };
+  expect_checked(frame, &FrameImages::left);
+  expect_checked(frame, &FrameImages::right);
+  expect_checked(given, &FrameImages::left);
+  expect_checked(given, &FrameImages::disparity);
+}
+
+TEST_P(HostileInput, RowsMayBeStoredUpsideDown) {
+  Wall expected{GetParam()};
+  FrameResult result;
+  for (int i{0}; i < 2; ++i) {
+    const StereoFrame frame{wall_.frame(i * frame_ns)};
+    StereoFrame turned{frame};
+    FrameImages images{turned};
+    for (auto [image, view] : {std::pair{&turned.left, &images.left}, std::pair{&turned.right, &images.right}}) {
+      for (int v{0}; v < image->height() / 2; ++v) {
+        std::swap_ranges(image->row(v), image->row(v) + image->width(), image->row(image->height() - 1 - v));
+      }
+      *view = {image->row(image->height() - 1), image->width(), image->height(), -image->width()};
+    }
+    wall_.pipeline.process(frame, images, result);
+    ++wall_.number;
+    expect_equal(expected.step(i * frame_ns), result);
   }
 }
 

@@ -1,0 +1,29 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nanobind/nanobind.h>
+
+namespace stereogrid::python {
+
+/// Releases the GIL for work in C++. When the interpreter ends, other threads' sections are awaited, and a thread that
+/// begins one then stops for good: CPython would end a daemon thread that requests the GIL by unwinding its stack,
+/// which C++ answers with std::terminate.
+class ReleasedGil {
+ public:
+  ReleasedGil();
+  ReleasedGil(const ReleasedGil&) = delete;
+  ReleasedGil& operator=(const ReleasedGil&) = delete;
+  ~ReleasedGil();
+
+ private:
+  PyThreadState* state_;
+};
+
+/// Within a section: throws python_error where a signal's handler does, such as that of Ctrl-C.
+void check_signals();
+
+/// Adds the end of the interpreter to Python's atexit.
+void bind_exit(nanobind::module_& module);
+
+}  // namespace stereogrid::python
