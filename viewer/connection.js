@@ -89,7 +89,7 @@ export class Connection extends EventTarget {
   #ask(channel) {
     if (channel.encoding !== 'cdr' || channel.schemaEncoding !== 'ros2msg') return;
     const id = this.#nextSubscription++;
-    try { // a definition that cannot be read concerns no other channel
+    try { // an unreadable definition concerns no other channel
       const reader = new MessageReader(channel.schemaName, channel.schema);
       this.#readers.set(id, { channel: channel.id, topic: channel.topic, reader });
     } catch (error) {

@@ -9,7 +9,7 @@
 NB_MODULE(_core, module) {
   using namespace stereogrid::python;
   module.doc() = "Bindings of the C++ library; import stereogrid instead.";
-  bind_exit(module);
+  bind_exit();
   bind_errors(module);
   bind_config(module);
   bind_geometry(module);

@@ -2,9 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "released_gil.hpp"
 
-#include <pthread.h>
-#include <unistd.h>
-
 #include <atomic>
 #include <chrono>
 #include <thread>
@@ -31,7 +28,7 @@ Sections& sections() {
 // With the GIL held, which it releases. The process ends without this thread.
 [[noreturn]] void stop_for_good() {
   PyEval_SaveThread();
-  for (;;) pause();
+  for (;;) std::this_thread::sleep_for(std::chrono::hours{1});
 }
 
 // Called by Python's atexit. Objects that threads still use are no leaks.
@@ -72,9 +69,11 @@ void check_signals() {
   if (PyErr_CheckSignals() != 0) throw nb::python_error();
 }
 
-void bind_exit(nb::module_& /*module*/) {
-  pthread_atfork(nullptr, nullptr, [] { sections().open = 0; });  // the child has one thread
+void bind_exit() {
   nb::module_::import_("atexit").attr("register")(nb::cpp_function(&end));
+  // a forked process has one thread
+  nb::module_::import_("os").attr("register_at_fork")(
+      nb::arg("after_in_child") = nb::cpp_function([] { sections().open = 0; }));
 }
 
 }  // namespace stereogrid::python

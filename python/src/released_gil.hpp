@@ -24,6 +24,6 @@ class ReleasedGil {
 void check_signals();
 
 /// Adds the end of the interpreter to Python's atexit.
-void bind_exit(nanobind::module_& module);
+void bind_exit();
 
 }  // namespace stereogrid::python

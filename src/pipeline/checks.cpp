@@ -44,32 +44,31 @@ void check_grid(const ObservedGrid& grid, const std::string& frame_name) {
           "Occupancy and confidence must lie in 0 … 1; unknown is 0.5.");
 }
 
+template <class Pixel>
+void check_image(const char* which, const View<const Pixel>& image, const Rig& rig, const std::string& frame_name) {
+  const auto size = [](int width, int height) { return std::to_string(width) + " × " + std::to_string(height); };
+  const auto refuse = [&](const std::string& problem, const std::string& remedy) {
+    throw InputError{"frame " + frame_name, which + (" has " + problem), remedy};
+  };
+  if (image.width != rig.width_px || image.height != rig.height_px) {
+    refuse(size(image.width, image.height) + " pixels.",
+           "The calibration is of " + size(rig.width_px, rig.height_px) + ".");
+  }
+  if (image.data == nullptr) refuse("a size, but no pixels.", "Give the address of its first one.");
+  if (image.pitch < image.width && image.pitch > -image.width) {
+    refuse("rows that overlap: pitch " + std::to_string(image.pitch) + " (allowed " + std::to_string(image.width) +
+               " and more).",
+           "The pitch counts elements from row to row; images stored upside down have a negative one.");
+  }
+}
+
 void check_images(const FrameImages& images, const Rig& rig, const std::string& frame_name) {
   if (images.right.empty() && images.disparity.empty()) {
     throw InputError{"frame " + frame_name, "has neither a right image nor disparities.", "Give one of them, or both."};
   }
-  const auto size = [](int width, int height) { return std::to_string(width) + " × " + std::to_string(height); };
-  const auto check_image = [&](const char* name, const auto& image) {
-    if (image.width != rig.width_px || image.height != rig.height_px) {
-      throw InputError{"frame " + frame_name,
-                       std::string{name} + " has " + size(image.width, image.height) + " pixels.",
-                       "The calibration is of " + size(rig.width_px, rig.height_px) + "."};
-    }
-    if (image.data == nullptr) {
-      throw InputError{"frame " + frame_name, std::string{name} + " has a size, but no pixels.",
-                       "Give the address of its first one."};
-    }
-    const std::ptrdiff_t pitch{image.pitch};
-    if (pitch < image.width && pitch > -image.width) {
-      throw InputError{"frame " + frame_name,
-                       std::string{name} + " has rows that overlap: pitch " + std::to_string(pitch) + " (allowed " +
-                           std::to_string(image.width) + " and more).",
-                       "The pitch counts elements from row to row; it is negative in images stored upside down."};
-    }
-  };
-  check_image("left", images.left);
-  if (!images.right.empty()) check_image("right", images.right);
-  if (!images.disparity.empty()) check_image("disparity", images.disparity);
+  check_image("left", images.left, rig, frame_name);
+  if (!images.right.empty()) check_image("right", images.right, rig, frame_name);
+  if (!images.disparity.empty()) check_image("disparity", images.disparity, rig, frame_name);
 }
 
 }  // namespace

@@ -16,7 +16,7 @@
 namespace {
 
 constexpr int no_limit{std::numeric_limits<int>::max()};
-std::atomic<int> allocations_left{no_limit};  // of operator new, in all threads
+std::atomic<int> allocations_left{no_limit};  // calls of operator new, in all threads
 
 void* allocated(std::size_t bytes, std::size_t alignment) {
   if (allocations_left != no_limit && allocations_left.fetch_sub(1) <= 0) {
@@ -52,7 +52,7 @@ void operator delete(void* memory, std::size_t /*bytes*/, std::align_val_t /*ali
 namespace stereogrid::test {
 namespace {
 
-// Returns whether `work` has run out of memory after so many allocations.
+// Returns whether `work` has run out of memory after that number of allocations.
 template <class Work>
 bool runs_out(int allocations, const Work& work) {
   allocations_left = allocations;
