@@ -72,8 +72,8 @@ void check_signals() {
 void bind_exit() {
   nb::module_::import_("atexit").attr("register")(nb::cpp_function(&end));
   // a forked process has one thread
-  nb::module_::import_("os").attr("register_at_fork")(
-      nb::arg("after_in_child") = nb::cpp_function([] { sections().open = 0; }));
+  nb::module_::import_("os").attr("register_at_fork")(nb::arg("after_in_child") =
+                                                          nb::cpp_function([] { sections().open = 0; }));
 }
 
 }  // namespace stereogrid::python

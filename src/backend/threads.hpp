@@ -6,8 +6,8 @@
 
 namespace stereogrid {
 
-/// Throws DeviceError unless the system gives this process `count` more threads. Starts them to find out, until that has
-/// succeeded once: oneTBB starts threads from threads of its own, where a failure ends the program.
+/// Throws DeviceError unless the system gives this process `count` more threads. Starts them to find out, until that
+/// has succeeded once: oneTBB starts threads from threads of its own, where a failure ends the program.
 void require_threads(int count);
 
 /// Within a handler: throws DeviceError for a failure of oneTBB or the standard library to start a thread, and anything
