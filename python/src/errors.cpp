@@ -1,10 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include <system_error>
+#include <stdexcept>
+#include <string>
 
 #include "bindings.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/paths.hpp"
+#include "thread_failure.hpp"
 
 namespace stereogrid::python {
 namespace {
@@ -40,9 +42,10 @@ void translate(const std::exception_ptr& caught, void*) {
     PyErr_SetString(errors().input, error.what());
   } catch (const DeviceError& error) {
     PyErr_SetString(errors().device, error.what());
-  } catch (const std::system_error& error) {  // a thread that cannot be started
-    if (error.code() != std::errc::resource_unavailable_try_again) throw;
-    PyErr_SetString(errors().device, error.what());
+  } catch (const std::runtime_error& error) {
+    const std::string of_thread{app::thread_failure(error)};
+    if (of_thread.empty()) throw;
+    PyErr_SetString(errors().device, of_thread.c_str());
   }
 }
 

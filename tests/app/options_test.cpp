@@ -100,7 +100,7 @@ TEST(Options, AGridOfNoCellsIsRefused) {
                                                 {"batch", "plan", scene, "--out", out}}) {
     expect_refused({with_grid(words), said}, 64);
   }
-  EXPECT_FALSE(fs::exists(out));
+  EXPECT_FALSE(fs::exists(fs::path{out} / "run.json"));
 }
 
 TEST(Options, PicturesOfAWideGridAreNoWiderThanOthers) {

@@ -24,6 +24,7 @@
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/io/run_folder/frame_lines.hpp"
 #include "stereogrid/io/text.hpp"
+#include "thread_failure.hpp"
 
 namespace stereogrid::app::batch {
 namespace {
@@ -185,10 +186,9 @@ class Runner {
       return complain(exit_try_again, "out of memory");
     } catch (const DeviceError& error) {
       return complain(exit_try_again, error.what());
-    } catch (const std::system_error& error) {  // such as a thread that cannot be started
-      const bool may_help{error.code() == std::errc::resource_unavailable_try_again};
-      return complain(may_help ? exit_try_again : exit_bug, error.what());
     } catch (const std::exception& error) {
+      const std::string of_thread{thread_failure(error)};
+      if (!of_thread.empty()) return complain(exit_try_again, of_thread);
       return complain(exit_bug, std::string{"internal error: "} + error.what());
     }
   }

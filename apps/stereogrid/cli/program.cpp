@@ -21,7 +21,6 @@
 #include <sstream>
 #include <string>
 #include <string_view>
-#include <system_error>
 
 #include "cli/commands.hpp"
 #include "cli/console.hpp"
@@ -31,6 +30,7 @@
 #include "stereogrid/io/paths.hpp"
 #include "stereogrid/pipeline.hpp"
 #include "stereogrid/printable.hpp"
+#include "thread_failure.hpp"
 
 namespace stereogrid::app {
 namespace {
@@ -91,12 +91,6 @@ int complain(const char* name, int exit_code, const std::string& message) {
   return exit_code;
 }
 
-int complain_of_bug(const char* name, const std::exception& error) {
-  return complain(name, exit_bug,
-                  std::string{"internal error: "} + error.what() +
-                      "\nThis is a bug in stereogrid. Please report it with the command line and the input.");
-}
-
 // Images come and go with every frame. What malloc hands back to the system each time, the system has to clear each
 // time.
 void keep_memory() {
@@ -144,16 +138,12 @@ int run_guarded(int argc, char** argv, const char* name, Describe describe) {
     return complain(name, exit_input, error.what());
   } catch (const DeviceError& error) {
     return complain(name, exit_try_again, error.what());
-  } catch (const std::system_error& error) {
-    if (error.code() != std::errc::resource_unavailable_try_again) return complain_of_bug(name, error);
-    return complain(name, exit_try_again,
-                    fmt::format("a thread cannot be started: {}. Allow more threads or address space (ulimit -u, "
-                                "ulimit -v, the container's limits).",
-                                error.what()));
   } catch (const std::bad_alloc&) {
     return complain(name, exit_try_again,
                     "out of memory. Smaller images, a smaller grid or fewer velocities need less.");
   } catch (const std::exception& error) {
+    const std::string of_thread{thread_failure(error)};
+    if (!of_thread.empty()) return complain(name, exit_try_again, of_thread);
     return complain_of_bug(name, error);
   }
 }
