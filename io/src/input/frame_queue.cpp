@@ -65,6 +65,19 @@ struct FrameQueue::State {
         to_load{first},
         to_prepare{first},
         to_hand_out{first} {}
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+  ~State() {
+    request_stop();
+    for (std::thread& thread : threads) thread.join();
+  }
+
+  void request_stop() {
+    const std::lock_guard lock{mutex};
+    stop = true;
+    space.notify_all();
+    turn.notify_all();
+  }
 
   void work() {
     load_frames();
@@ -118,16 +131,11 @@ FrameQueue::FrameQueue(const FrameSource& source, std::size_t first, std::size_t
   for (int i{0}; i < count; ++i) state_->threads.emplace_back([this] { state_->work(); });
 }
 
-FrameQueue::~FrameQueue() {
-  static_cast<void>(stop_within(std::chrono::milliseconds{0}));
-  for (std::thread& thread : state_->threads) thread.join();
-}
+FrameQueue::~FrameQueue() = default;
 
 bool FrameQueue::stop_within(std::chrono::milliseconds time) {
+  state_->request_stop();
   std::unique_lock lock{state_->mutex};
-  state_->stop = true;
-  state_->space.notify_all();
-  state_->turn.notify_all();
   return state_->filled.wait_for(lock, time, [this] { return state_->working == 0; });
 }
 

@@ -38,6 +38,7 @@ TEST(Threads, ThatCannotBeStartedAreAReasonToTryAgain) {
   const fs::path drive{folder.path() / "drive"};
   run_well({"simulate", scene, "--out", drive.string(), "--quiet"});
   expect_try_again({"run", drive.string(), "--out", out.string(), "--quiet"}, out);
+  expect_try_again({"run", drive.string(), "--out", out.string(), "--quiet", "--poses", "odometry"}, out);
 }
 
 }  // namespace
