@@ -173,34 +173,47 @@ STEREOGRID_HD inline T kept_where_coarse(T predicted, T coarseness, T observed_o
   return IfThenElse(predicted > half, Min(Max(lowered, least) / predicted, one), one);
 }
 
-/// `arrived`: Σ m(k) before it; `age_s`: of the cell before the step; `view`: view_of_cell. An unseen cell stays
-/// unknown even if its mass has moved into seen cells. Mass that appears on ground just seen free is more likely to
-/// move than mass from unknown space, unless a pixel of disparity has a large depth there.
+/// Static mass of a never observed cell that dynamic mass displaces: static mass is not evidence there, it completes
+/// the cell to ½. `arrived`: Σ m(k), of which `standing` is static. docs/method.md §8.7.
 template <class T>
-STEREOGRID_HD inline UpdateOfCell<T> joint_update(const FilterStep& step, T arrived, T age_s,
+STEREOGRID_HD inline T displaced_standing(T arrived, T standing) {
+  const T most{Max((moving_share)(arrived, standing), number(arrived, 0.5f))};
+  return Min(Max(arrived - most, number(arrived, 0.0f)), standing);
+}
+
+/// `arrived`: Σ m(k) before it, of which `standing` is static; `age_s`: of the cell before the step; `view`:
+/// view_of_cell. An unseen cell stays unknown even if its mass has moved into seen cells. Mass that appears on ground
+/// just seen free is more likely to move than mass from unknown space, unless a pixel of disparity has a large depth
+/// there.
+template <class T>
+STEREOGRID_HD inline UpdateOfCell<T> joint_update(const FilterStep& step, T arrived, T standing, T age_s,
                                                   const CellLikelihood<T>& likelihood, const ViewOfCell<T>& view) {
   const auto of = [arrived](float value) { return number(arrived, value); };
   const T one{of(1)};
-  const T total{Min(arrived, one)};
-  const T lacking{IfThenElseZero(age_s > of(never_s), Max(of(0.5f) - total, of(0)))};
+  const auto is_never_seen = age_s > of(never_s);
+  const T displaced{IfThenElseZero(is_never_seen, (displaced_standing)(arrived, standing))};
+  const T stayed{arrived - displaced};
+  const T total{Min(stayed, one)};
+  const T lacking{IfThenElseZero(is_never_seen, Max(of(0.5f) - total, of(0)))};
   const T kept{one - view.forgetting};
   const T empty{one - total - lacking};
   const T remembered{kept * (total + lacking) + view.forgetting * empty};
   const T share{(kept_where_coarse)(remembered, view.coarseness, likelihood.odds)};
   const T predicted{share * remembered};
-  const auto is_repeated = And(view.repeated > of(0), predicted > of(0));
-  const T occupied{IfThenElse(is_repeated, fresh_ratio(view.repeated, predicted, likelihood), likelihood.occupied)};
+  const T repeated{IfThenElse(is_never_seen, one, view.repeated)};
+  const auto is_repeated = And(repeated > of(0), predicted > of(0));
+  const T occupied{IfThenElse(is_repeated, fresh_ratio(repeated, predicted, likelihood), likelihood.occupied)};
   const T free{IfThenElse(is_repeated, one, likelihood.empty)};
   const T gain{share * occupied / (occupied * predicted + free * (one - predicted))};
   const T unseen{gain * kept * lacking};
   const T changed{gain * Min(view.forgetting, of(step.forgetting_in_view)) * empty};
   const T misplaced{gain * view.forgetting * empty - changed};  // by the growth with depth
   const auto was_seen = And(age_s <= of(0), view.squares <= of(step.appearing_squares));
-  const T standing{IfThenElse(was_seen, of(step.appearing_static), of(step.prior_static))};
-  const T moving{IfThenElse(was_seen, of(step.appearing_moving), of(step.prior_moving))};
-  return {gain * kept * IfThenElse(arrived > one, one / arrived, one),
-          (unseen + misplaced) * of(step.prior_static) + changed * standing,
-          (unseen + misplaced) * of(step.prior_moving) + changed * moving, gain * remembered};
+  const T born_standing{IfThenElse(was_seen, of(step.appearing_static), of(step.prior_static))};
+  const T born_moving{IfThenElse(was_seen, of(step.appearing_moving), of(step.prior_moving))};
+  const T scale{gain * kept * IfThenElse(stayed > one, one / stayed, one)};
+  return {scale, (unseen + misplaced) * of(step.prior_static) + changed * born_standing - scale * displaced,
+          (unseen + misplaced) * of(step.prior_moving) + changed * born_moving, gain * remembered};
 }
 
 /// The same for the sums over a cell's masses. New mass has mean velocity 0.
@@ -253,7 +266,7 @@ STEREOGRID_HD inline CellAfter<T> updated_evenly(const FilterStep& step, T stand
                                                  Condition is_unseen, const CellLikelihood<T>& likelihood,
                                                  const ViewOfCell<T>& view) {
   const T total{standing + number(each, step.moving_velocities) * each};
-  const UpdateOfCell<T> update{(joint_update)(step, total, age_s, likelihood, view)};
+  const UpdateOfCell<T> update{(joint_update)(step, total, standing, age_s, likelihood, view)};
   const T squares{(update.scale * each + update.born_moving) * number(each, step.lattice_squares)};
   const T none{number(each, 0.0f)};
   const CellAfter<T> seen{update.occupancy,

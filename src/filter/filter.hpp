@@ -262,7 +262,12 @@ void resample(const Pose2& world_from_vehicle, FrameResult& result);
 /// The same on the CPU of the rows begin … end − 1. `kinds`: as far as they are known.
 void resample_rows(const Pose2& world_from_vehicle, int begin, int end, KnownKinds kinds, FrameResult& result);
 
-/// The same of the occupancy alone.
+/// Completes the vehicle's cells of known occupancy whose nearest cell of the window has never been observed, in the
+/// joint form. The age is the least of the four cells around. If none of them has been observed, the occupancy is at
+/// most the moving mass, or ½. docs/method.md §8.8.
+void complete_unobserved(const Pose2& world_from_vehicle, FrameResult& result);
+
+/// `resample` of the occupancy alone.
 void resample_occupancy(const GridLayers& world, const Pose2& world_from_vehicle, const GridGeometry& vehicle_grid,
                         Image<float>& occupancy);
 

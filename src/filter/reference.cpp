@@ -23,8 +23,8 @@ FilteredCell joint_cell(const ReferenceStep& step, int x, int y, Likelihood like
     }
   }
   const VelocitySums arrived{step.sums_of(mass)};
-  const JointUpdate update{
-      joint_update(constants, arrived.mass, step.age_before(x, y), likelihood, view_of(constants, x, y))};
+  const JointUpdate update{joint_update(constants, arrived.mass, mass[mass.size() / 2], step.age_before(x, y),
+                                        likelihood, view_of(constants, x, y))};
   for (std::size_t k{0}; k < mass.size(); ++k) {
     const bool stands{static_cast<int>(k) == constants.standstill()};
     mass[k] = update.scale * mass[k] + (stands ? update.born_standing : update.born_moving);

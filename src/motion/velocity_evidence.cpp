@@ -169,9 +169,9 @@ VelocityEvidence EvidenceMap::evidence_of(int cell, const Sum& sum) const {
                             static_cast<float>(information.xy),
                             static_cast<float>(information.yy)};
   const float standstill{likelihood_of(evidence, 0.0f, 0.0f)};
-  const bool may_stand{standstill > standstill_min};
+  evidence.is_static = standstill > standstill_min ? 1 : 0;
   const Point2 centre{window_.centre(cell % window_.nx, cell / window_.nx)};
-  evidence.is_repeated = may_stand && view_.repeated(centre) >= repeated_min ? 1 : 0;
+  evidence.is_repeated = evidence.is_static != 0 && view_.repeated(centre) >= repeated_min ? 1 : 0;
   const bool can_move{axis_mps_.size() > 1};
   evidence.starts_motion = can_move && standstill < started_max && sum.supported >= started_points ? 1 : 0;
   return evidence;

@@ -113,11 +113,13 @@ void FramePipeline::observe_and_filter(bool is_usable, std::span<const VelocityE
 }
 
 void FramePipeline::bound_filtered(const LevelFrame& frame, bool is_usable, FrameResult& result) {
-  if (is_usable && config_.filter.model == FilterModel::joint) {
+  const bool is_joint{config_.filter.model == FilterModel::joint};
+  if (is_usable && is_joint) {
     ranges_of(cpu_)(result.observed.height(),
                     [&](int begin, int end) { correct_by_frame(result.observed.view(), begin, end, result.vehicle); });
   }
   if (terrain_) terrain_->bound_filtered(frame.world_from_vehicle, is_usable, result);
+  if (is_joint) complete_unobserved(frame.world_from_vehicle, result);
 }
 
 void FramePipeline::find_terrain(const LevelFrame& frame, const GridGeometry& window, FrameResult& result) {

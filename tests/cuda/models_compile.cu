@@ -68,7 +68,8 @@ __global__ void filter_models(FilterStep step, double shift, const float* table,
   const float moving{disturbed(step.kept_moving, out[k], gained_by_moving(step, 1.0f, out[0]))};
   VelocitySums sums;
   sums.add(2, {between(moving, disturbed_standing(step, 1.0f, out[0]), from.fx), 0, 1});
-  const JointUpdate update{joint_update(step, sums.mass, shift > 0 ? 1.0f : 0.0f, likelihood, view_of(step, k, k))};
+  const JointUpdate update{
+      joint_update(step, sums.mass, 0.0f, shift > 0 ? 1.0f : 0.0f, likelihood, view_of(step, k, k))};
   const VelocityEstimate velocity{estimate_of(updated(step, update, sums))};
   const TayUpdate<float> tay{tay_update(1.0f, still_occupied(step, 0.5f), likelihood.occupied, likelihood.empty)};
   out[k] = velocity.xx + moving_share(update.occupancy, tay.occupied) + tay.all + floor_of(shift);

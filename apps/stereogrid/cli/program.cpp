@@ -144,7 +144,9 @@ int run_guarded(int argc, char** argv, const char* name, Describe describe) {
   } catch (const std::exception& error) {
     const std::string of_thread{thread_failure(error)};
     if (!of_thread.empty()) return complain(name, exit_try_again, of_thread);
-    return complain_of_bug(name, error);
+    return complain(name, exit_bug,
+                    std::string{"internal error: "} + error.what() +
+                        "\nThis is a bug in stereogrid. Please report it with the command line and the input.");
   }
 }
 

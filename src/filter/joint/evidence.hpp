@@ -16,13 +16,15 @@ struct VelocityEvidence {
   float yy;
   int is_repeated{0};    ///< 1: standstill explains it, and the camera sees the cell from where it did a frame ago
   int starts_motion{0};  ///< 1: several features exclude standstill
+  int is_static{0};      ///< 1: standstill explains it
 };
 
 /// Repeated evidence of standstill is not applied to a cell that the frame has not observed (`age_s` > 0): in every
-/// frame the mass that arrives from neighbours would come to stand there, until the cell is occupied. docs/method.md
+/// frame the mass that arrives from neighbours would come to stand there, until the cell is occupied. No evidence of
+/// standstill is applied to a cell that has never been observed: only dynamic mass makes it occupied. docs/method.md
 /// §9.3.
 STEREOGRID_HD inline bool is_ignored(const VelocityEvidence& evidence, float age_s) {
-  return evidence.is_repeated != 0 && age_s > 0;
+  return (evidence.is_repeated != 0 && age_s > 0) || (evidence.is_static != 0 && age_s > never_s);
 }
 
 /// Standing mass of a cell before the evidence. Features that exclude standstill start motion: a minimum share of

@@ -152,7 +152,8 @@ __device__ FilteredCell filter_masses(const Target& target, const float* speed_m
   const FilterStep& step{target.step};
   VelocitySums sums;
   for (int j{0}; j < step.side; ++j) sums.add(speed_mps[j], of_row[j * warp]);
-  const JointUpdate update{joint_update(step, sums.mass, observed.age_before_s, observed.likelihood, observed.view)};
+  const JointUpdate update{joint_update(step, sums.mass, arrived_standing(target, here), observed.age_before_s,
+                                        observed.likelihood, observed.view)};
   const int i{target.y * target.cells + target.x};
   after.scale[i] = update.scale;
   after.born_standing[i] = update.born_standing;

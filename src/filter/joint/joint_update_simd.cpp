@@ -89,7 +89,8 @@ class Updating {
 
   [[nodiscard]] CellAfter<V> of_masses(const BlockRowSums& row) const {
     const LatticeSums<V> sums{load(row.mass), load(row.x), load(row.y), load(row.xx), load(row.xy), load(row.yy)};
-    const UpdateOfCell<V> update{(joint_update)(joint_.step, sums.mass, load(row_.age_s), likelihood(), view())};
+    const UpdateOfCell<V> update{
+        (joint_update)(joint_.step, sums.mass, load(row_.standing), load(row_.age_s), likelihood(), view())};
     keep(update.scale, row_.scale);
     keep(update.born_moving, row_.born_moving);
     keep(update.born_standing, row_.born_standing);

@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -76,6 +77,26 @@ void resample(const Pose2& world_from_vehicle, FrameResult& result) {
   const Resampler resampler{world_from_vehicle, result};
   for_vehicle_cells(result.world.geometry, world_from_vehicle, result.vehicle.geometry,
                     [&](int ix, int iy, float x, float y) { resampler.fill(ix, iy, x, y); });
+}
+
+void complete_unobserved(const Pose2& world_from_vehicle, FrameResult& result) {
+  const GridLayers& world{result.world};
+  GridLayers& vehicle{result.vehicle};
+  const CellPlaces cells{places_in_window(grid_in_vehicle(vehicle.geometry, world_from_vehicle), world.geometry)};
+  const auto age_at = [&](int ix, int iy) {
+    return world.age_s(std::clamp(ix, 0, world.geometry.nx - 1), std::clamp(iy, 0, world.geometry.ny - 1));
+  };
+  for (int iy{0}; iy < vehicle.geometry.ny; ++iy) {
+    for (int ix{0}; ix < vehicle.geometry.nx; ++ix) {
+      float& age_s{vehicle.age_s(ix, iy)};
+      float& occupancy{vehicle.occupancy(ix, iy)};
+      if (age_s < never || !is_known(occupancy)) continue;
+      const int x{static_cast<int>(std::floor(cells.x_of(ix, iy) - 0.5f))};
+      const int y{static_cast<int>(std::floor(cells.y_of(ix, iy) - 0.5f))};
+      age_s = std::min({age_at(x, y), age_at(x + 1, y), age_at(x, y + 1), age_at(x + 1, y + 1)});
+      if (age_s == never) occupancy = std::min(occupancy, std::max(vehicle.moving(ix, iy), 0.5f));
+    }
+  }
 }
 
 void resample_occupancy(const GridLayers& world, const Pose2& world_from_vehicle, const GridGeometry& vehicle_grid,

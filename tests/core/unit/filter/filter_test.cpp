@@ -280,7 +280,7 @@ TEST(FilterRepetition, TheSameViewIsHeardOnce) {
   const FilterTables tables{FilterConfig{}};
   const auto after = [&](float before, float observed, int steps) {
     const Likelihood likelihood{likelihood_of(tables.likelihood.data(), observed)};
-    for (int i{0}; i < steps; ++i) before = joint_update(step, before, 0.1f, likelihood, view).occupancy;
+    for (int i{0}; i < steps; ++i) before = joint_update(step, before, 0.0f, 0.1f, likelihood, view).occupancy;
     return before;
   };
   EXPECT_NEAR(after(0.5f, 0.7f, 50), 0.7f, 1e-4);

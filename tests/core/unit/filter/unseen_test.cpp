@@ -103,6 +103,56 @@ TEST(UnseenCells, StayAsTheyAreBesideWhatMoves) {
   EXPECT_NE(run.layers.occupancy(20, 20), 0.5f) << "little is known, but something";
 }
 
+// Most by which a never observed cell is more likely than ½ or than the motion in it. A car that is seen to move enters
+// ground that no frame has observed; beside it, features that stand are measured there in every frame.
+template <class BackEndType>
+float excess_of_never_observed(BackEndType& back_end, bool& has_car) {
+  std::mt19937 generator{31};
+  FilterRun run{back_end, FilterConfig{}, window};
+  float excess{0};
+  for (int step{0}; step < 20; ++step) {
+    Image<float> observed{patch(step, generator)};
+    observed(20, 20) = 0.5f;
+    for (int y{62}; y < 66; ++y) std::fill_n(&observed(74, y), 4, 0.95f);  // stands at the border of the patch
+    run.step(observed);
+    std::vector<VelocityEvidence> evidence;
+    for (int y{50}; y < 58; ++y) {
+      for (int x{54 + 2 * step}; x < std::min(60 + 2 * step, 80); ++x) {
+        evidence.push_back({y * cells + x, 4, 0, 2, 0, 2, 0, 1});
+      }
+    }
+    for (int y{60}; y < 68; ++y) {
+      for (int x{80}; x < 84; ++x) evidence.push_back({y * cells + x, 0, 0, 2, 0, 2, 0, 0, 1});
+    }
+    std::ranges::sort(evidence, {}, &VelocityEvidence::cell);
+    weigh_velocities(back_end, evidence, run.tables, run.now, run.layers);
+    for (std::size_t i{0}; i < run.layers.age_s.size(); ++i) {
+      if (run.layers.age_s.data()[i] < std::numeric_limits<float>::infinity()) continue;
+      const float occupancy{run.layers.occupancy.data()[i]};
+      excess = std::max(excess, occupancy - std::max(0.5f, run.layers.moving.data()[i]));
+      has_car = has_car || occupancy > 0.6f;
+    }
+  }
+  return excess;
+}
+
+TEST(UnseenCells, AreNoMoreLikelyThanWhatMovesIntoThem) {
+  Reference reference;
+  bool has_car{false};
+  EXPECT_LT(excess_of_never_observed(reference, has_car), 0.02f) << "static mass of one step's decay";
+  EXPECT_TRUE(has_car) << "it drives on";
+}
+
+// Frames that say little of a cell say the same again and again.
+TEST(UnseenCells, StayUnknownWhileNoFrameObservesThem) {
+  Cpu cpu{1};
+  for (const float p : {0.46f, 0.54f}) {
+    FilterRun run{cpu, FilterConfig{}, window};
+    for (int step{0}; step < 40; ++step) run.step(Image<float>{cells, cells, p});
+    for (const float occupancy : run.layers.occupancy) ASSERT_NEAR(occupancy, p, 0.02) << p;
+  }
+}
+
 // Far ahead, motion is not measured, and most new mass is an error of matching.
 class FarCells : public ::testing::Test {
  protected:
@@ -141,7 +191,7 @@ TEST_F(FarCells, AppearAsNewThingsDo) {
     const CellIndex cell{cell_at(x_m)};
     FilterStep step_now{step(view)};
     step_now.sharp_squares = std::numeric_limits<float>::infinity();  // decay by depth brings mass of its own
-    return joint_update(step_now, 0.1f, 0.0f, likelihood, view_of(step_now, cell.ix, cell.iy)).born_moving;
+    return joint_update(step_now, 0.1f, 0.0f, 0.0f, likelihood, view_of(step_now, cell.ix, cell.iy)).born_moving;
   };
   EXPECT_GT(moving_at(view_, 20), 2 * moving_at(view_, 30)) << "a pixel of disparity is 4 m in depth, and 10 m";
   EXPECT_EQ(moving_at({}, 20), moving_at({}, 30)) << "nothing is known of the camera";

@@ -124,6 +124,28 @@ TEST(Resample, PutsCellsWhereARotatedCarSeesThem) {
   }
 }
 
+// Half a cell off, cells beside an observed one have a part of it: its age, too. Beside dynamic mass in unobserved cells
+// they are no more likely than the motion.
+TEST(Resample, CellsKnownFromObservedOnesBesideThemHaveTheirAge) {
+  GridLayers world{layers_of({-4, -4, 0.2, 40, 40})};
+  world.occupancy(24, 20) = 0.9f;
+  world.age_s(24, 20) = 0.25f;
+  world.occupancy(30, 20) = 0.9f;
+  world.moving(30, 20) = 0.9f;
+  const Pose2 pose{0.09, 0, 0};
+  FrameResult result{resampled(world, pose, {0, -0.4, 0.2, 14, 4})};
+  complete_unobserved(pose, result);
+  const auto column = [&](const Image<float>& layer) { return std::vector<float>(&layer(0, 2), &layer(0, 2) + 14); };
+  const std::vector<float> ages{column(result.vehicle.age_s)};
+  const std::vector<float> occupancies{column(result.vehicle.occupancy)};
+  EXPECT_EQ(std::ranges::count(ages, 0.25f), 2);
+  EXPECT_FLOAT_EQ(ages[3], 0.25f);
+  EXPECT_NEAR(occupancies[3], 0.5 + 0.4 * 0.45, 1e-4);
+  EXPECT_NEAR(occupancies[9], 0.5, 1e-4) << "0.45 of 0.9 moves there";
+  EXPECT_NEAR(occupancies[10], 0.5, 1e-4) << "0.55 of 0.9";
+  EXPECT_EQ(ages[10], never);
+}
+
 // By 30°: the covariance turns as R C Rᵀ.
 TEST(Resample, TurnsTheCovariance) {
   GridLayers world{layers_of({-4, -4, 0.2, 40, 40})};
