@@ -330,7 +330,8 @@ void FramePipeline::update_tracks(const LevelFrame& frame, bool is_usable, Frame
   clusters_.clusters.clear();
   if (is_usable) {
     const std::span<const EdgePoint> edges{terrain_ ? terrain_->edges() : std::span<const EdgePoint>{}};
-    make_clusters(result.world, frame.world_from_vehicle, scene_flow_.vectors(), edges, clusters_);
+    make_clusters(result.world, frame.world_from_vehicle, scene_flow_.vectors(),
+                  {edges, passage_width * config_.vehicle.height_m}, clusters_);
   }
   const HeldObstacles& held{near_.held(is_usable)};
   tracker_.update(result.world, clusters_.clusters, frame.world_from_vehicle, frame.dt_s, held.ids);

@@ -15,6 +15,9 @@ namespace stereogrid {
 /// Standard deviation of a block's disparity where the frame shows no larger one, px.
 constexpr float block_sigma_px{0.3f};
 
+/// Width of ground that leads past an edge, in heights of the vehicle. Narrower edges are passed by.
+constexpr float passage_width{0.4f};
+
 /// Level camera above the ground plane of a frame.
 struct TerrainCamera {
   float focal_px;

@@ -13,7 +13,6 @@ namespace {
 
 /// Longest gap behind which ground at the expected elevation is the same surface.
 constexpr float reconnect_share{0.3f};  ///< relative to the range
-constexpr float passage_width{0.4f};    ///< width of ground that leads past an edge, in heights of the vehicle
 constexpr float slope_memory_m{0.8f};
 constexpr float far_px{14};            ///< wrong matches look like edges more often at smaller disparities
 constexpr float lone_obstacle_px{10};  ///< the same for obstacles in two sectors

@@ -49,6 +49,7 @@ struct Cluster {
   /// True: the object may continue beyond the left or right end of its outline, which is hidden or outside the image.
   bool is_cut_left{false};
   bool is_cut_right{false};
+  bool is_sure{true};  ///< errors of matching do not explain it: it may confirm a track
 
   /// Velocity by tracked features.
   [[nodiscard]] bool has_measured_velocity() const { return velocity_covariance.xx > 0; }
@@ -56,7 +57,7 @@ struct Cluster {
   template <class State>
   void exchange(State& state) {
     state(centre, velocity, velocity_covariance, occupancy, moving, pixels, length_m, width_m, yaw_rad, height_m, kind,
-          outline, fitted, bounds, is_cut_left, is_cut_right);
+          outline, fitted, bounds, is_cut_left, is_cut_right, is_sure);
   }
 };
 
@@ -95,8 +96,14 @@ void describe_segments(const GridLayers& world, const Pose2& world_from_vehicle,
 /// Sets the velocities of clusters with tracked features.
 void measure_velocities(const std::vector<FlowVector>& vectors, const Pose2& world_from_vehicle, ClusterSpace& space);
 
+/// Edges of a frame.
+struct FrameEdges {
+  std::span<const EdgePoint> points;  ///< from left to right
+  double sure_m{0};                   ///< length of an edge that errors of matching do not explain
+};
+
 /// Clusters of kind drop: edges that are neighbours, from left to right.
-void add_drops(std::span<const EdgePoint> edges, const GridLayers& world, const Pose2& world_from_vehicle,
+void add_drops(const FrameEdges& edges, const GridLayers& world, const Pose2& world_from_vehicle,
                std::vector<Cluster>& clusters);
 
 /// Boxes around the outlines: along the velocity of dynamic objects, else the smallest ones.
@@ -113,8 +120,7 @@ void find_segments(View<const float> obstacle, const Ground& ground, const Relie
 }
 
 inline void make_clusters(const GridLayers& world, const Pose2& world_from_vehicle,
-                          const std::vector<FlowVector>& vectors, std::span<const EdgePoint> edges,
-                          ClusterSpace& space) {
+                          const std::vector<FlowVector>& vectors, const FrameEdges& edges, ClusterSpace& space) {
   describe_segments(world, world_from_vehicle, space);
   measure_velocities(vectors, world_from_vehicle, space);
   add_drops(edges, world, world_from_vehicle, space.clusters);

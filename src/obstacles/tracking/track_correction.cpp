@@ -126,7 +126,7 @@ void Tracker::correct(Track& track, const Cluster& cluster, const Pose2& camera)
   set_shape(track, cluster, camera);
   track.moved = {};
   track.unseen_s = 0;
-  ++track.sightings;
+  if (cluster.is_sure) ++track.sightings;
   track.pixels += cluster.pixels;
 }
 

@@ -166,7 +166,7 @@ void Tracker::begin_track(const Cluster& cluster, const Pose2& camera) {
   track.box.begin({cluster, cluster.yaw_rad, camera, rig_}, cluster.yaw_rad, cluster.centre);
   set_shape(track, cluster, camera);
   track.moving = moving_before(cluster);
-  track.sightings = 1;
+  track.sightings = cluster.is_sure ? 1 : 0;
   track.pixels = cluster.pixels;
   tracks_.push_back(track);
 }

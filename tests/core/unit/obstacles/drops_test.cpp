@@ -11,6 +11,8 @@
 namespace stereogrid::test {
 namespace {
 
+constexpr double sure_m{0.7};
+
 /// Points of an edge straight ahead, one a sector, from left to right.
 std::vector<EdgePoint> edge_at(double x, int first_sector, int count) {
   std::vector<EdgePoint> edges;
@@ -21,7 +23,7 @@ std::vector<EdgePoint> edge_at(double x, int first_sector, int count) {
 std::vector<Cluster> drops_of(const std::vector<EdgePoint>& edges) {
   GroundSeenFree world;
   std::vector<Cluster> clusters;
-  add_drops(edges, world.layers, {}, clusters);
+  add_drops({edges, sure_m}, world.layers, {}, clusters);
   fit_boxes(clusters);
   return clusters;
 }
@@ -65,6 +67,23 @@ TEST(Drops, JoinPointsOfAnEdgeAcrossTwoMissingSectorsAndFourCells) {
 TEST(Drops, HaveTheOccupancyOfTheirCells) {
   EXPECT_NEAR(drops_of(edge_at(5, 0, 10)).at(0).occupancy, 0.1, 1e-6);
   EXPECT_NEAR(drops_of(edge_at(50, 0, 10)).at(0).occupancy, 0.5, 1e-6) << "outside the grid";
+}
+
+// Errors of matching are correlated over some sectors, and make short edges in frame after frame.
+TEST(Drops, AreConfirmedByLongEdgesOnly) {
+  const auto is_confirmed = [](int sectors, double metres_a_sector) {
+    GroundSeenFree world;
+    Tracker tracker{plain_config(), PaintedObstacles::rig()};
+    for (int step{0}; step < 10; ++step) {
+      std::vector<EdgePoint> edges;
+      for (int i{0}; i < sectors; ++i) edges.push_back({i, {5 - 0.1 * step, 1 - metres_a_sector * i}, 0.8f});
+      update(tracker, world, drops_of(edges), 0.1);
+    }
+    return report_of(tracker).at(0).confirmed;
+  };
+  EXPECT_TRUE(is_confirmed(12, 0.1));
+  EXPECT_FALSE(is_confirmed(11, 0.1)) << "fewer sectors than three errors";
+  EXPECT_FALSE(is_confirmed(12, 0.05)) << "narrower than a passage";
 }
 
 TEST(Drops, AreTrackedApartFromObjectsAndStandStill) {
