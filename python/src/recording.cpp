@@ -177,8 +177,7 @@ void bind_recording(nb::module_& module) {
              nb::arg("poses") = nb::none(), nb::arg("disparities") = nb::none(), nb::arg("with_right") = false,
              nb::arg("depth") = nb::none(), nb::arg("depth_scale") = nb::none(), nb::arg("mask") = nb::none(),
              nb::arg("layout") = "", nb::arg("left_topic") = "", nb::arg("right_topic") = "",
-             nb::arg("pair_tolerance_ms") = nb::none(), nb::arg("frames") = "",
-             nb::call_guard<ReleasedGil>(),
+             nb::arg("pair_tolerance_ms") = nb::none(), nb::arg("frames") = "", nb::call_guard<ReleasedGil>(),
              "Opens what stereogrid run takes as INPUT: a folder, a bag of ROS 2, a list of left and right image or "
              "video, or \"scene:...\". The arguments are the options of stereogrid run; frames: \"FIRST:LAST\", both "
              "included. Raises InputError, ConfigError.");

@@ -71,9 +71,11 @@ void check_signals() {
 
 void bind_exit() {
   nb::module_::import_("atexit").attr("register")(nb::cpp_function(&end));
-  // a forked process has one thread
-  nb::module_::import_("os").attr("register_at_fork")(nb::arg("after_in_child") =
-                                                          nb::cpp_function([] { sections().open = 0; }));
+  const auto after_fork = [] {  // one thread, and objects of the others
+    sections().open = 0;
+    nb::set_leak_warnings(false);
+  };
+  nb::module_::import_("os").attr("register_at_fork")(nb::arg("after_in_child") = nb::cpp_function(after_fork));
 }
 
 }  // namespace stereogrid::python

@@ -13,9 +13,8 @@ namespace stereogrid::test {
 class NeverObservedCells {
  public:
   void add(const FrameResult& result) {
-    has_moved_ = has_moved_ || std::ranges::any_of(result.obstacles, [](const Obstacle& one) {
-      return one.confirmed && one.moving;
-    });
+    has_moved_ = has_moved_ ||
+                 std::ranges::any_of(result.obstacles, [](const Obstacle& one) { return one.confirmed && one.moving; });
     count(result.vehicle);
     count(result.world);
   }

@@ -124,8 +124,8 @@ TEST(Resample, PutsCellsWhereARotatedCarSeesThem) {
   }
 }
 
-// Half a cell off, cells beside an observed one have a part of it: its age, too. Beside dynamic mass in unobserved cells
-// they are no more likely than the motion.
+// Half a cell off, cells beside an observed one have a part of it: its age, too. Beside dynamic mass in unobserved
+// cells they are no more likely than the motion.
 TEST(Resample, CellsKnownFromObservedOnesBesideThemHaveTheirAge) {
   GridLayers world{layers_of({-4, -4, 0.2, 40, 40})};
   world.occupancy(24, 20) = 0.9f;
