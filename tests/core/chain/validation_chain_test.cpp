@@ -192,10 +192,10 @@ TEST(Trust, NoiseIsMeasured) {
   Image<std::uint8_t> left{200, 100};
   for (std::uint8_t& grey : left) grey = static_cast<std::uint8_t>(std::clamp(noise(generator), 0.0, 255.0));
   const Matches matches{200, 100};
-  EXPECT_NEAR(noise_of({left.view(), left.view(), {}, matches}, 0), 9, 1.5);
+  EXPECT_NEAR(noise_of({left.view(), left.view(), matches}, 0), 9, 1.5);
   left.fill(80);
-  EXPECT_EQ(noise_of({left.view(), left.view(), {}, matches}, 0), 0);
-  EXPECT_EQ(noise_of({left.view(), left.view(), {}, matches}, 100), 0);
+  EXPECT_EQ(noise_of({left.view(), left.view(), matches}, 0), 0);
+  EXPECT_EQ(noise_of({left.view(), left.view(), matches}, 100), 0);
 }
 
 TEST(AutomaticDisparities, ReachTheNearestRoadInTheImage) {
@@ -251,7 +251,7 @@ TEST(Trust, ARoadThatIsHiddenIsKnownForThreeSeconds) {
   Ground ground{rig.camera_height_m, 0, 0, false};
   FrameValidator validator{rig, preset("default").ground, 128};
   const auto reason_after = [&](double dt_s) {
-    return validator.validate({left.view(), left.view(), {}, matches}, ground, dt_s);
+    return validator.validate({left.view(), left.view(), matches}, ground, dt_s);
   };
   EXPECT_EQ(reason_after(0), Rejection::none);
   EXPECT_EQ(reason_after(2.9), Rejection::none);
