@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 
-# Default CUDA architectures: machine code for each GPU that the compiler knows, and PTX of the last for later ones.
+# Default CUDA architectures: machine code for each GPU that the compiler supports, and PTX of the last for later ones.
 # `version`: of nvcc; "": unknown.
 function(stereogrid_cuda_architectures processor version result)
   if(processor MATCHES "aarch64|arm64")

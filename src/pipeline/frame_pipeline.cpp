@@ -310,7 +310,7 @@ Rejection FramePipeline::settle(const LevelFrame& frame, Rejection rejection, co
     ground_.estimated = false;
     scene_flow_.clear();
   }
-  result.ground = candidate_.value_or(ground_);  // of the disparity images
+  result.ground = candidate_.value_or(ground_);  // plane of the disparity images
   result.ground.estimated = ground_.estimated;
   has_measured_ground_ = has_measured_ground_ || ground_.estimated;
   report(rejection, result);

@@ -96,7 +96,7 @@ TEST(what_cannot_be_relied_on_is_unknown) {
   }
 }
 
-// Matched again on the slope: the host must not go on with the matches of the plane.
+// The frame is matched again on the slope: the host must not continue with the matches of the plane.
 TEST(a_slope_that_fills_the_view) {
   const Street level{small_rig()};
   const Street slope{small_rig(), 0.12};
@@ -136,8 +136,17 @@ TEST(an_edge_in_external_disparities) {
   Pair pair{small_config(), small_rig()};
   for (int index{0}; index < 4; ++index) pair.run(edge(index));
   const FrameResult& result{pair.law.result};
-  CHECK(std::ranges::count(result.terrain, TerrainClass::drop) > 3);
-  CHECK(std::ranges::any_of(result.obstacles, [](const Obstacle& one) { return one.kind == ObstacleKind::drop; }));
+  const RoadPlane floor{road_plane(small_rig(), {small_rig().camera_height_m})};
+  const int beyond_v{static_cast<int>(small_rig().cy_px) + 16};  // 8 m ahead on the plane
+  const float beyond_px{result.stages.obstacle_disparity(width / 2, beyond_v) +
+                        result.stages.road_disparity(width / 2, beyond_v)};
+  CHECK(beyond_px > 0);
+  CHECK(beyond_px < floor.disparity(width / 2, beyond_v) - 1);
+  int free{0};
+  for (int iy{0}; iy < result.vehicle.geometry.ny; ++iy) {
+    for (int ix{11}; ix < 16; ++ix) free += result.observed(ix, iy) < 0.45f ? 1 : 0;
+  }
+  CHECK_EQUAL(free, 0);
 }
 
 TEST(a_drive_that_begins_with_nothing) {

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# Every nvcc gets architectures that it knows: 10.0 to 12.1 need 12.8, the numbers of Thor and Spark 13.
+# Architectures that each nvcc supports: 10.0 to 12.1 need 12.8, the numbers of Thor and Spark 13.
 include(${CMAKE_CURRENT_LIST_DIR}/../../cmake/cuda_architectures.cmake)
 foreach(expected IN ITEMS "x86_64 12.4 75-real|80-real|86-real|89-real|90" "x86_64 13.2 75-real|80-real|86-real|89-real|90-real|120"
                           "aarch64 12.6 87-real|90" "aarch64 13.0 87-real|110-real|121" "arm64 12.2 87-real|90")

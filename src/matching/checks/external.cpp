@@ -17,7 +17,7 @@ constexpr int rows_grain{16};
 /// Columns that are labelled together, in vectors.
 constexpr int tile_columns{64};
 
-/// What the labels of a frame depend on.
+/// Input of a frame's labels.
 struct SplitInput {
   View<const float> disparity;
   RoadPlane plane;

@@ -86,9 +86,9 @@ struct GroundRow {
         per_v{static_cast<float>(plane.per_v)},
         at_centre{static_cast<float>(plane.disparity(plane.cx_px, v))} {}
 
-  /// Of the ground plane.
+  /// Disparity of the ground plane.
   [[nodiscard]] STEREOGRID_HD float at(int u) const { return at_centre + per_u * x_of(u); }
-  /// Of the local ground, at the pixel with disparity d.
+  /// Disparity of the local ground, at the pixel with disparity d.
   template <class Space>
   [[nodiscard]] STEREOGRID_HD float at(int u, float d, const Relief<Space>& relief) const {
     return relief.is_plane() ? at(u) : at(u) + per_v * static_cast<float>(relief.rows_at(u, d));
@@ -101,7 +101,7 @@ struct GroundRow {
   float at_centre;
 };
 
-/// Pixels to either side whose disparities tell the surface of a pixel: the rows of the default matching window.
+/// Pixels to either side whose disparities determine the surface of a pixel: the rows of the default matching window.
 constexpr int surface_rows{4};
 constexpr int surface_columns{1};
 /// With fewer of them the height test decides.

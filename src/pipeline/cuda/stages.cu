@@ -50,6 +50,7 @@ void CudaStages::load_kernels() {
     enqueue_match();
     enqueue_ground();
   }
+  split_surfaces();
   has_other_grids_ = true;
   for (const bool is_usable : {false, true}) enqueue_observation(is_usable);
   has_other_grids_ = false;
@@ -151,9 +152,7 @@ void CudaStages::set_rules(const TerrainRules& rules) {
   put(rules.vehicle, host_.vehicle_rules.data());
   put(rules.window, host_.window_rules.data());
   if (is_given_) {
-    split_surfaces(cuda_, device_.given.view(), rig_, &device_.answer()->ground, device_.rays.relief_view(),
-                   config_.matching, device_.matches);
-    clear_masked();
+    split_surfaces();
     fetch_answer();
   }
 }
@@ -221,6 +220,12 @@ void CudaStages::enqueue_answer() {
 
 void CudaStages::split_given(const Ground* ground) {
   split(cuda_, device_.given.view(), rig_, ground, config_.matching, device_.matches);
+  clear_masked();
+}
+
+void CudaStages::split_surfaces() {
+  stereogrid::split_surfaces(cuda_, device_.given.view(), rig_, &device_.answer()->ground, device_.rays.relief_view(),
+                             config_.matching, device_.matches);
   clear_masked();
 }
 

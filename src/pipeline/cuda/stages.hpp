@@ -59,6 +59,7 @@ class CudaStages final : public Stages {
   void enqueue_ground();
   void enqueue_answer();
   void split_given(const Ground* ground);
+  void split_surfaces();
   void enqueue_observation(bool is_usable);
   void count();
   void project();

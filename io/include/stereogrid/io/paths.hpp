@@ -21,7 +21,9 @@ namespace stereogrid::io {
 /// Throws after a failed system call on a path: DeviceError where is_temporary(), else InputError.
 [[noreturn]] STEREOGRID_EXPORT void throw_unreadable(const std::filesystem::path& path, int error_number);
 
+/// True for files and folders of any kind.
 [[nodiscard]] STEREOGRID_EXPORT bool is_there(const std::filesystem::path& path);
+/// True for folders.
 [[nodiscard]] STEREOGRID_EXPORT bool is_folder(const std::filesystem::path& path);
 /// True for regular files.
 [[nodiscard]] STEREOGRID_EXPORT bool is_file(const std::filesystem::path& path);
