@@ -35,7 +35,7 @@ class Finding(NamedTuple):
 
 
 def parent_of(row: Row) -> Row:
-    """The run that a row is compared with: what has the same results, else the same on the CPU."""
+    """Returns the run that a row is compared with: of the source with the same results, else the same on the CPU."""
     source = SOURCES[row.source]
     if source.relation == "same" or row.device == "cpu":
         row = row._replace(source=source.parent)
@@ -45,7 +45,7 @@ def parent_of(row: Row) -> Row:
 def check_row(lab: Lab, row: Row) -> Iterator[Finding]:
     relation = SOURCES[row.source].relation
     # without extrinsics, ground that is not level has no plane that two unequal inputs need to agree on
-    is_certain = row.mounting == "given" or SCENES[row.scene].is_level
+    is_certain = row.extrinsics == "given" or SCENES[row.scene].is_level
     run = lab.run(row)
     if isinstance(run, Result):
         yield from traces(row, run, is_certain)
@@ -58,7 +58,7 @@ def check_row(lab: Lab, row: Row) -> Iterator[Finding]:
 
 
 def within(row: Row, check: str, found: "float | None", least: float = -np.inf, most: float = np.inf) -> Finding:
-    """That a figure lies within an interval, both ends included; a missing one does not."""
+    """Holds if the figure lies within an interval, both ends included; a missing one does not."""
     expected = f">= {least:g}" if most == np.inf else f"<= {most:g}" if least == -np.inf else f"{least:g} to {most:g}"
     return Finding(row, check, found is not None and least <= found <= most, expected, found)
 
@@ -121,7 +121,7 @@ def _texts(messages: "list[bytes]") -> "list[str]":
 
 
 def _first_difference(ours: list, theirs: list) -> str:
-    """Of two lists with an entry for each frame."""
+    """Compares two lists with an entry for each frame."""
     if len(ours) != len(theirs):
         return f"{len(ours)} frames instead of {len(theirs)}"
     differ = [i for i, (a, b) in enumerate(zip(ours, theirs)) if a != b]
@@ -142,7 +142,7 @@ def _kinds(run: Result) -> list:
 
 
 def same(row: Row, run: "Result | Recorded", parent: Result) -> Iterator[Finding]:
-    """Of equal inputs, grids and statuses are equal to the bit."""
+    """Checks that grids and statuses of equal inputs are equal to the bit."""
     if isinstance(run, Recorded):
         for topic, messages in parent.recorded().messages.items():
             found = run.messages.get(topic, [])
@@ -159,7 +159,7 @@ def same(row: Row, run: "Result | Recorded", parent: Result) -> Iterator[Finding
 
 
 def rounded(row: Row, run: Result, parent: Result) -> Iterator[Finding]:
-    """Of inputs that are equal but for rounding, few cells change between free and occupied."""
+    """Checks that few cells change between free and occupied where inputs differ by rounding."""
     yield equal(row, "statuses", run.statuses(), parent.statuses())
     for grid in GRIDS:
         flips = cells = 0
@@ -171,7 +171,7 @@ def rounded(row: Row, run: Result, parent: Result) -> Iterator[Finding]:
 
 
 def _figures(series: dict) -> "dict[str, float]":
-    """What is compared of a grid's scores; shares over both ranges."""
+    """Returns the figures of a grid to compare; shares over both ranges."""
     found = {}
     band = series["bands"].get("3-20", {})
     if band.get("balanced_log_loss", {}).get("value") is not None:
@@ -190,7 +190,7 @@ def _figures(series: dict) -> "dict[str, float]":
 
 
 def scores(lab: Lab, row: Row) -> Iterator[Finding]:
-    """Disparities given back are as good as the own path, true ones as good as stated."""
+    """Checks that external disparities are as good as the own path, and true ones as good as the bounds."""
     scene, preset = SCENES[row.scene], PRESETS[row.preset]
     parent = parent_of(row)
     run, own = lab.run(row), lab.run(parent)

@@ -26,7 +26,7 @@ def main() -> None:
         arrays = arrays or {"right": np.array(frame.right)}
         result = pipeline.process(np.array(frame.left), stamp_ns=frame.stamp_ns, pose=frame.pose, **arrays)
         result.save(out / "grids" / f"{frame.name}.npz")
-        obstacles = [{"kind": thing.kind.name, "moving": thing.moving} for thing in result.obstacles]
+        obstacles = [{"kind": thing.kind, "moving": thing.moving} for thing in result.obstacles]
         lines.append(json.dumps({"name": frame.name, "status": [status.name for status in result.status],
                                  "timing_ms": result.timing_ms, "obstacles": obstacles}))
     (out / "frames.jsonl").write_text("\n".join(lines) + "\n")

@@ -23,10 +23,12 @@ from tables import DEVICES, PRESETS, SCENES, SHORT, Row
 RECORDED = ("grid_map", "status")
 """Topics without other stamps than that of the header."""
 LIVE_TRIES = 4
+SLOWEST = 0.01
+"""Lower limit of --speed."""
 
 
 class RunFailed(Exception):
-    """The tool or the package ended with an error; the text has the command."""
+    """An error of the tool or the package; the text has the command and the last line of its output."""
 
 
 class Result:
@@ -83,7 +85,8 @@ class Lab:
         command = [*(shlex.split(program) if program else [self.tool]), *map(str, arguments)]
         done = subprocess.run(command, capture_output=True, text=True, check=False, env=self.environment, timeout=600)
         if done.returncode:
-            raise RunFailed(f"exit code {done.returncode} of: {shlex.join(command)}\n{done.stderr.strip()}")
+            last_line = (done.stderr.strip() or "no message").splitlines()[-1]
+            raise RunFailed(f"exit code {done.returncode} of {shlex.join(command)}: {last_line}")
         return done.stderr
 
     def drive(self, row: Row) -> Drive:
@@ -104,11 +107,11 @@ class Lab:
             for name in ("left", "right", "truth", "poses.csv"):
                 (folder / name).symlink_to(source / name)
             lines = (source / "calibration.yaml").read_text().splitlines(keepends=True)
-            is_kept = [row.mounting == "given" or not line.startswith("mount") for line in lines]
+            is_kept = [row.extrinsics == "given" or not line.startswith("mount") for line in lines]
             (folder / "calibration.yaml").write_text("".join(line for line, kept in zip(lines, is_kept) if kept))
             return read_drive(folder, text, scene.first)
 
-        return self.once(("drive", text, row.mounting), mount)
+        return self.once(("drive", text, row.extrinsics), mount)
 
     def made(self, row: Row) -> Made:
         drive = self.drive(row)
@@ -116,7 +119,7 @@ class Lab:
 
         def own_disparities() -> "dict[str, np.ndarray]":
             # without extrinsics, a slope tilts the images that the disparities belong to
-            run = self.run(row._replace(source="folder", device="cpu", mounting="given"), is_short)
+            run = self.run(row._replace(source="folder", device="cpu", extrinsics="given"), is_short)
             found = {}
             for frame in run.frames:
                 with np.load(run.folder / "stages" / f"{frame['name']}.npz") as stages:
@@ -127,7 +130,7 @@ class Lab:
             folder.mkdir()
             return SOURCES[row.source].make(drive, folder, own_disparities)
 
-        return self.once(("input", row.scene, row.source, row.preset, row.mounting, row.poses, is_short), make)
+        return self.once(("input", row.scene, row.source, row.preset, row.extrinsics, row.poses, is_short), make)
 
     def run(self, row: Row, is_short: "bool | None" = None) -> Result:
         """`is_short`: also on a device that could take the whole scene."""
@@ -135,46 +138,50 @@ class Lab:
             is_short = DEVICES[row.device].short
         commands = {"run": self._run, "live": self._live, "python": self._python}
         of_inputs = row._replace(device=next(name for name, device in DEVICES.items() if device.short == is_short))
-        settings = ["--preset", row.preset, "--device", row.device, "--threads", "1"]
-        settings += PRESETS[row.preset].short if is_short else ()
+        parameters = PRESETS[row.preset].short if is_short else ()
 
         def make(folder: Path) -> Any:
-            return commands[SOURCES[row.source].command](row, self.made(of_inputs), settings, folder)
+            return commands[SOURCES[row.source].command](row, self.made(of_inputs), parameters, folder)
 
         return self.once(("run", *row, is_short), make)
 
-    def _run(self, row: Row, made: Made, settings: "list[str]", folder: Path) -> Result:
+    @staticmethod
+    def _options(row: Row, made: Made, parameters: "tuple[str, ...]") -> "list[str]":
+        options = [*made.arguments, "--poses", row.poses, "--preset", row.preset, "--device", row.device, "--threads", "1"]
+        return options + [word for parameter in parameters for word in ("--set", parameter)]
+
+    def _run(self, row: Row, made: Made, parameters: "tuple[str, ...]", folder: Path) -> Result:
         more = ["--mcap", folder.with_suffix(".mcap"), "--mcap-topics", ",".join(RECORDED)]
         more += ["--save-stages"] if row.source == "folder" else []
-        self.call(["-q", "run", *made.arguments, "--poses", row.poses, *settings, *more, "--out", folder])
+        self.call(["-q", "run", *self._options(row, made, parameters), *more, "--out", folder])
         return Result(folder)
 
-    def _live(self, row: Row, made: Made, settings: "list[str]", folder: Path) -> Recorded:
+    def _live(self, row: Row, made: Made, parameters: "tuple[str, ...]", folder: Path) -> Recorded:
         """Runs again, and slower, where frames were dropped."""
         speed = DEVICES[row.device].live_speed
         wanted = (SHORT if DEVICES[row.device].short else SCENES[row.scene]).frames
         for _ in range(LIVE_TRIES):
             recording = folder.with_suffix(".mcap")
             recording.unlink(missing_ok=True)
-            self.call(["-q", "live", *made.arguments, "--poses", row.poses, *settings, "--speed", f"{speed:g}", "--listen",
+            self.call(["-q", "live", *self._options(row, made, parameters), "--speed", f"{speed:g}", "--listen",
                        "127.0.0.1:0", "--mcap", recording, "--mcap-topics", ",".join(RECORDED)])
             found = Recorded(recording)
             if len(found.messages.get("/stereo_grid/grid_map", [])) == wanted:
                 break
-            speed /= 3
+            speed = max(speed / 3, SLOWEST)
         return found
 
-    def _python(self, row: Row, made: Made, settings: "list[str]", folder: Path) -> Result:
+    def _python(self, row: Row, made: Made, parameters: "tuple[str, ...]", folder: Path) -> Result:
         folder.mkdir()
         options = dict(zip(made.arguments[1::2], made.arguments[2::2]), **{"--poses": row.poses})
         job = {"path": made.arguments[0], "open": {key[2:]: value for key, value in options.items()},
                "arrays": made.arrays, "preset": row.preset, "device": row.device, "out": str(folder),
-               "set": [text.split("=") for text in settings[settings.index("1") + 1:] if text != "--set"]}
+               "set": [parameter.split("=") for parameter in parameters]}
         self.call([str(Path(__file__).with_name("python_run.py")), json.dumps(job)], self.python)
         return Result(folder)
 
     def scores(self, row: Row) -> dict:
-        """Of `stereogrid evaluate`, with the figures that the checks use."""
+        """Returns the series of `stereogrid evaluate`."""
 
         def evaluate(file: Path) -> dict:
             self.call(["-q", "evaluate", self.run(row).folder, self.drive(row).folder, "--json", file])

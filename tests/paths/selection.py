@@ -9,13 +9,13 @@ import random
 from itertools import combinations, product
 
 from sources import SOURCES
-from tables import DEVICES, MOUNTINGS, POSES, PRESETS, SCENES, Row
+from tables import DEVICES, EXTRINSICS, POSES, PRESETS, SCENES, Row
 
 
 def all_rows(devices: "set[str]", has_python: bool) -> "list[Row]":
     """The product, without what does not exist; in an order that mixes the entries of all tables."""
-    rows = [Row(*entries) for entries in product(SCENES, SOURCES, DEVICES, PRESETS, MOUNTINGS, POSES)]
-    rows = [row for row in rows if row.device in devices and row.mounting in SOURCES[row.source].mountings and
+    rows = [Row(*entries) for entries in product(SCENES, SOURCES, DEVICES, PRESETS, EXTRINSICS, POSES)]
+    rows = [row for row in rows if row.device in devices and row.extrinsics in SOURCES[row.source].extrinsics and
             (has_python or SOURCES[row.source].command != "python") and
             not (row.source == "folder" and row.device == "cpu")]
     random.Random(1).shuffle(rows)

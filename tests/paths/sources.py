@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""How each source of the tests of paths is made of a drive. A new source joins by a row of SOURCES."""
+"""Makes the input of each source of the tests of paths from a drive. A new source joins by a row of SOURCES."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from typing import Callable
 import numpy as np
 
 import formats
+from tables import EXTRINSICS
 
 
 @dataclass
@@ -37,7 +38,7 @@ class Drive:
 
 @dataclass
 class Made:
-    """What a run is started with."""
+    """Arguments of a run."""
 
     arguments: "list[str]"
     arrays: "dict[str, str]" = field(default_factory=dict)
@@ -66,11 +67,10 @@ def _side_by_side(drive: Drive, out: Path, _: Disparities) -> Made:
 
 def _bag_of(drive: Drive, out: Path, second: str, images: "list[np.ndarray]", calibration: bool) -> Made:
     messages: list = []
-    focal_less = 0.0 if second != "/stereo/right/image_rect" else drive.rig["baseline_m"]
     for i, (stamp_ns, left) in enumerate(zip(drive.stamps_ns, drive.images("left"))):
         for topic, image in (("/stereo/left/image_rect", left), (second, images[i])):
             messages.append((topic, "sensor_msgs/msg/Image", stamp_ns, formats.image_message(stamp_ns, image)))
-        for side, baseline_m in (("left", 0.0), ("right", focal_less)):
+        for side, baseline_m in (("left", 0.0), ("right", drive.rig["baseline_m"])):
             info = formats.camera_info_message(stamp_ns, drive.rig, baseline_m)
             messages.append((f"/stereo/{side}/camera_info", "sensor_msgs/msg/CameraInfo", stamp_ns, info))
     # one more than images: a pose at the end of an interval is not exact to the bit
@@ -145,6 +145,11 @@ def _depth_bag(drive: Drive, out: Path, disparities: Disparities) -> Made:
     return _bag_of(drive, out, "/stereo/depth/image_rect", images, True)
 
 
+def _depth_bag_16(drive: Drive, out: Path, disparities: Disparities) -> Made:
+    images = [_depth_mm(drive, disparity) for disparity in disparities().values()]
+    return _bag_of(drive, out, "/stereo/depth/image_rect", images, True)
+
+
 def _true(drive: Drive, _: Path, __: Disparities) -> Made:
     return Made([str(drive.folder), "--disparities", str(drive.folder / "truth" / "disparity")])
 
@@ -155,15 +160,15 @@ class Source:
     parent: str
     """Source to compare with; "": none."""
     relation: str
-    """To the parent: "same" to the bit, "rounded", "own" disparities given back, "true" disparities."""
+    """To the parent: "same" to the bit, "rounded", "own" disparities as external ones, "true" disparities."""
     command: str = "run"
     """"run", "live" or "python"."""
-    mountings: "tuple[str, ...]" = ("given", "found")
+    extrinsics: "tuple[str, ...]" = EXTRINSICS
 
 
 SOURCES = {
     "folder": Source(_folder, "", ""),
-    "scene": Source(_scene, "folder", "same", mountings=("given",)),
+    "scene": Source(_scene, "folder", "same", extrinsics=("given",)),
     "side_by_side": Source(_side_by_side, "folder", "same"),
     "bag": Source(_bag, "folder", "same"),
     "live": Source(_folder, "folder", "same", "live"),
@@ -175,6 +180,7 @@ SOURCES = {
     "depth_float": Source(_depth_float, "npy", "rounded"),
     "depth_16": Source(_depth_16, "npy", "rounded"),
     "depth_bag": Source(_depth_bag, "depth_float", "same"),
+    "depth_bag_16": Source(_depth_bag_16, "depth_16", "same"),
     "depth_python": Source(_depth_python, "depth_16", "same", "python"),
     "true": Source(_true, "folder", "true"),
 }

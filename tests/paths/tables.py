@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""The tables of the tests of paths: scenes, devices, presets, mounting, poses and bounds. A new one joins by a row;
-sources are in sources.py."""
+"""The tables of the tests of paths: scenes, devices, presets, extrinsics, poses and bounds. A new one joins by a
+row; sources are in sources.py."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Row(NamedTuple):
     source: str
     device: str
     preset: str
-    mounting: str
+    extrinsics: str
     poses: str
 
     def __str__(self) -> str:
@@ -26,15 +26,15 @@ class Row(NamedTuple):
 @dataclass(frozen=True)
 class Scene:
     car: str
-    """Of `stereogrid simulate`, without size and number of frames."""
+    """Argument of `stereogrid simulate` without size and number of frames."""
     robot: str = ""
-    """The same for preset robot; "": that of the car, whose cells are not those of the preset, so it has no scores."""
+    """The same for preset robot. "": the car's, which has no scores, as its truth has other cells."""
     size: "tuple[int, int]" = (512, 320)
     frames: int = 6
     first: int = 0
     """Frames before this one are left out."""
     is_level: bool = True
-    """The nearest ground is the plane in view, so the extrinsics can be found."""
+    """The nearest ground is the plane in view, so extrinsics can be estimated."""
     has_drop: bool = False
     moving_for: "tuple[str, ...]" = ()
     """Presets whose grid contains moving objects."""
@@ -48,7 +48,7 @@ class Device:
     short: bool = False
     """Takes the short form of a scene: few, small frames, as it needs seconds for each."""
     live_speed: float = 1
-    """Of --speed, so that no frame of a recording is dropped."""
+    """--speed at which no frame of a recording is dropped."""
 
 
 @dataclass(frozen=True)
@@ -58,19 +58,19 @@ class Preset:
     flow: bool = True
     """Has scene flow."""
     log_loss: float = 0.02
-    """How much that of own disparities given back may exceed that of the own path."""
+    """Largest increase from the own path to own disparities as external ones."""
     log_loss_of_true: float = 0
-    """The same of true disparities."""
+    """The same for true disparities."""
     short: "tuple[str, ...]" = ()
-    """Settings of short runs."""
+    """Parameters of short runs."""
 
 
 SCENES = {
     # the car comes at 16 m/s, in view for half a second
     "street": Scene("street?seed=1", frames=16, first=14, moving_for=("default",), true_velocity_mps=0.35,
                     scored=("default", "paper")),
-    "edge": Scene("terrain?kind=ditch&depth=0.9&span=5", "terrain?kind=ditch&depth=0.3&span=1.5&camera=robot&pitch_deg=0",
-                  is_level=False, has_drop=True),
+    "edge": Scene("terrain?kind=ditch&depth=0.9&span=5",
+                  "terrain?kind=ditch&depth=0.3&span=1.5&camera=robot&pitch_deg=0", is_level=False, has_drop=True),
     "stairs": Scene("terrain?kind=stairs&rise=-0.17", "terrain?kind=stairs&rise=-0.12&camera=robot&pitch_deg=0",
                     is_level=False, has_drop=True),
     "ramp": Scene("terrain?kind=ramp&at=1", "terrain?kind=ramp&at=0.8&camera=robot&pitch_deg=0",
@@ -81,10 +81,18 @@ SCENES = {
                       scored=("default", "paper")),
 }
 SHORT = Scene("", size=(192, 120), frames=3)
-DEVICES = {"cpu": Device(), "reference": Device(short=True, live_speed=0.05), "cuda": Device(short=True, live_speed=0.02)}
-SMALL_GRID = ("--set", "grid.length_m=8", "--set", "grid.width_m=8")
-PRESETS = {"default": Preset(), "robot": Preset(), "paper": Preset(terrain=False, flow=False, log_loss=0.04, log_loss_of_true=0.06, short=SMALL_GRID)}
-MOUNTINGS = ("given", "found")
+DEVICES = {
+    "cpu": Device(),
+    "reference": Device(short=True, live_speed=0.03),
+    "cuda": Device(short=True, live_speed=0.03),
+}
+SMALL = ("matching.window_px=11", "matching.disparities=32", "grid.length_m=8", "grid.width_m=8")
+PRESETS = {
+    "default": Preset(),
+    "robot": Preset(),
+    "paper": Preset(terrain=False, flow=False, log_loss=0.04, log_loss_of_true=0.06, short=SMALL),
+}
+EXTRINSICS = ("given", "estimated")
 POSES = ("file", "odometry", "none")
 
 
