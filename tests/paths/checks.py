@@ -37,6 +37,8 @@ class Finding(NamedTuple):
 def parent_of(row: Row) -> Row:
     """Returns the run that a row is compared with: of the source with the same results, else the same on the CPU."""
     source = SOURCES[row.source]
+    if source.command == "live":  # on the same device, as messages are compared to the bit
+        return row._replace(source=source.parent)
     if source.relation == "same" or row.device == "cpu":
         row = row._replace(source=source.parent)
     return row._replace(device="cpu")
@@ -85,22 +87,23 @@ def traces(row: Row, run: Result, is_certain: bool) -> Iterator[Finding]:
         yield within(row, "moving cells of the last frame", int((grids[-1]["moving"] > MOVING_FROM).sum()), 1)
 
 
-def _difference(name: str, ours: np.ndarray, theirs: np.ndarray) -> str:
+def _difference(name: str, ours: np.ndarray, theirs: np.ndarray, device: str) -> str:
     if (ours.dtype, ours.shape) != (theirs.dtype, theirs.shape):
         return f"{name} is {ours.dtype}{ours.shape}, not {theirs.dtype}{theirs.shape}"
-    if ours.tobytes() == theirs.tobytes():
+    tolerance = DEVICES[device].tolerances.get(name, 0.0)
+    if ours.tobytes() == theirs.tobytes() or tolerance and np.allclose(ours, theirs, 0, tolerance, equal_nan=True):
         return ""
     bytes_of = [np.frombuffer(array.tobytes(), np.uint8).reshape(array.size, -1) for array in (ours, theirs)]
     return f"{int((bytes_of[0] != bytes_of[1]).any(axis=1).sum())} of {ours.size} values of {name} differ"
 
 
-def _grids_difference(run: Result, parent: Result) -> str:
+def _grids_difference(run: Result, parent: Result, device: str) -> str:
     for i, frame in enumerate(run.frames):
         ours, theirs = run.grids(i), parent.grids(i)
         if ours.keys() != theirs.keys():
             return f"frame {i}: only one has {', '.join(sorted(ours.keys() ^ theirs.keys()))}"
         for name, array in ours.items():
-            if found := _difference(name, array, theirs[name]):
+            if found := _difference(name, array, theirs[name], device):
                 return f"frame {i}: {found}"
     return "equal"
 
@@ -154,7 +157,7 @@ def same(row: Row, run: "Result | Recorded", parent: Result) -> Iterator[Finding
     yield equal(row, "statuses", run.statuses(), parent.statuses())
     yield equal(row, "obstacles", _kinds(run), _kinds(parent))
     if len(run.frames) == len(parent.frames):
-        found = _grids_difference(run, parent)
+        found = _grids_difference(run, parent, row.device)
         yield Finding(row, "grids", found == "equal", "equal", found)
 
 
