@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Recordings that give disparities instead of right images.
 #include "recordings.hpp"
+#include "stereogrid/io/disparity_file.hpp"
 #include "stereogrid/io/opencv_matcher.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "support.hpp"
@@ -76,6 +77,12 @@ TEST_F(GivenRecording, DepthBecomesDisparities) {
   fs::remove_all(folder_ / "right");
   const auto found{open("")};
   EXPECT_NEAR(found->load(0).disparity(0, 0), found->rig().focal_px * found->rig().baseline_m / 5, 1e-5);
+}
+
+TEST_F(GivenRecording, DepthInWholeUnitsIsDividedExactly) {
+  // as in bags and Python: 1002 times the float 0.001 is another number
+  write_png(folder_ / "depth.png", Image<std::uint16_t>{small_width_px, small_height_px, 1002});
+  EXPECT_EQ(read_depth(folder_ / "depth.png", 1000)(3, 3), 1.002F);
 }
 
 TEST_F(GivenRecording, RightImagesComeFirst) {

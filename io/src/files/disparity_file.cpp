@@ -30,11 +30,15 @@ const char* const depth_kinds{
     "Depth is PNG or TIFF of 16 bits, PFM, TIFF of floats or NumPy .npy of floats in metres."};
 const char* const again{"Copy or write it again."};
 
-Image<float> floats_of(const cv::Mat& mat, double scale) {
-  cv::Mat converted;
-  mat.convertTo(converted, CV_32F, scale);
-  Image<float> image{converted.cols, converted.rows};
-  for (int v{0}; v < converted.rows; ++v) std::copy_n(converted.ptr<float>(v), image.width(), image.row(v));
+// Divides in double, as depth of bags and of Python's arrays is divided: results are equal to the bit.
+Image<float> floats_of(const cv::Mat& mat, double units) {
+  cv::Mat numbers;
+  mat.convertTo(numbers, CV_64F);
+  Image<float> image{numbers.cols, numbers.rows};
+  for (int v{0}; v < numbers.rows; ++v) {
+    std::transform(numbers.ptr<double>(v), numbers.ptr<double>(v) + numbers.cols, image.row(v),
+                   [units](double number) { return static_cast<float>(number / units); });
+  }
   return image;
 }
 
@@ -48,12 +52,12 @@ struct Coding {
 Image<float> read_png(const std::string& file, const std::string& bytes, const Coding& coding) {
   const cv::Mat image{decode_image(file, bytes)};
   if (image.type() != CV_16UC1) throw InputError{file, "is no PNG of one channel with 16 bits.", coding.kinds};
-  return floats_of(image, 1 / coding.units);
+  return floats_of(image, coding.units);
 }
 
 Image<float> read_tiff(const std::string& file, const std::string& bytes, const Coding& coding) {
   const cv::Mat image{decode_image(file, bytes)};
-  if (coding.has_whole_tiff && image.type() == CV_16UC1) return floats_of(image, 1 / coding.units);
+  if (coding.has_whole_tiff && image.type() == CV_16UC1) return floats_of(image, coding.units);
   if (image.type() != CV_32FC1 && image.type() != CV_64FC1) {
     throw InputError{file, "is no TIFF of one channel of floats.", coding.kinds};
   }
