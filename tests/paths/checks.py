@@ -197,10 +197,12 @@ def scores(lab: Lab, row: Row) -> Iterator[Finding]:
     scene, preset = SCENES[row.scene], PRESETS[row.preset]
     parent = parent_of(row)
     run, own = lab.run(row), lab.run(parent)
-    yield equal(row, "statuses", run.statuses(), own.statuses())
+    is_true = SOURCES[row.source].relation == "true"
+    # a slope near the limit of what is taken for the ground is on its other side without noise
+    others = sum(ours != theirs for ours, theirs in zip(run.statuses(), own.statuses()))
+    yield within(row, "frames with another status", others, most=BOUNDS.true_statuses if is_true else 0)
     if row.preset not in scene.scored:
         return
-    is_true = SOURCES[row.source].relation == "true"
     # a filter that takes a moving vehicle for a static one has no truth
     for grid in GRIDS if row.poses != "none" else GRIDS[:1]:
         ours, theirs = (_figures(lab.scores(one)[grid]) for one in (row, parent))

@@ -81,17 +81,11 @@ def image_message(stamp_ns: int, image: np.ndarray) -> Cdr:
     return message.bytes(image.tobytes())
 
 
-def product_of(focal_px: float, baseline_m: float) -> float:
-    """The product whose quotient by the focal length is the baseline to the bit."""
-    product = focal_px * baseline_m
-    return next(p for p in (product * (1 + i * 2**-52) for i in (0, 1, -1, 2, -2)) if p / focal_px == baseline_m)
-
-
 def camera_info_message(stamp_ns: int, rig: dict, baseline_m: float) -> Cdr:
     focal, u, v = rig["focal_px"], rig["cx_px"], rig["cy_px"]
     message = Cdr(stamp_ns).put("I", rig["height_px"], rig["width_px"]).text("plumb_bob").put("I", 5)
     message.put("d", *[0] * 5, focal, 0, u, 0, focal, v, 0, 0, 1, 1, 0, 0, 0, 1, 0, 0, 0, 1)
-    message.put("d", focal, 0, u, -product_of(focal, baseline_m), 0, focal, v, 0, 0, 0, 1, 0)
+    message.put("d", focal, 0, u, -focal * baseline_m, 0, focal, v, 0, 0, 0, 1, 0)
     return message.put("I", 0, 0, 0, 0, 0, 0).put("B", 0)
 
 

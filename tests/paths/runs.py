@@ -18,7 +18,7 @@ import numpy as np
 
 import formats
 from sources import SOURCES, Drive, Made, cut_drive, read_drive
-from tables import DEVICES, PRESETS, SCENES, SHORT, Row
+from tables import BASELINE_M, DEVICES, PRESETS, ROBOT_BASELINE_M, SCENES, SHORT, Row
 
 RECORDED = ("grid_map", "status")
 """Topics without other stamps than that of the header."""
@@ -93,8 +93,9 @@ class Lab:
         scene, is_short = SCENES[row.scene], DEVICES[row.device].short
         size, frames = (SHORT.size, SHORT.frames) if is_short else (scene.size, scene.frames)
         layout = scene.robot if row.preset == "robot" and scene.robot else scene.car
-        text = (f"scene:{layout}{'&' if '?' in layout else '?'}width={size[0]}&height={size[1]}"
-                f"&frames={scene.first + frames}")
+        baseline_m = ROBOT_BASELINE_M if "camera=robot" in layout else BASELINE_M
+        text = (f"scene:{layout}&width={size[0]}&height={size[1]}&frames={scene.first + frames}"
+                f"&baseline={baseline_m:g}")
 
         def simulate(folder: Path) -> Path:
             self.call(["-q", "simulate", text, "--out", folder])

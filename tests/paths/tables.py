@@ -82,6 +82,9 @@ SCENES = {
     "crossing": Scene("crossing?seed=1", size=(384, 240), frames=16, moving_for=("default", "paper"),
                       scored=("default", "paper")),
 }
+BASELINE_M = 7 / 32
+ROBOT_BASELINE_M = 3 / 32
+"""Baselines that the CameraInfo of a bag keeps to the bit: their product with the focal length is exact."""
 SHORT = Scene("", size=(192, 120), frames=3)
 DEVICES = {
     "cpu": Device(),
@@ -107,7 +110,8 @@ class Bounds:
     flips: float = 0.005
     edges: float = 0.05
     deadly: float = 0.01
-    velocity_mps: float = 0.2
+    velocity_mps: float = 0.3
+    true_statuses: int = 1
     true_edges: float = 0.99
     true_deadly: float = 0.002
 
