@@ -198,7 +198,7 @@ def scores(lab: Lab, row: Row) -> Iterator[Finding]:
     parent = parent_of(row)
     run, own = lab.run(row), lab.run(parent)
     is_true = SOURCES[row.source].relation == "true"
-    # a slope near the limit of what is taken for the ground is on its other side without noise
+    # noise decides about a slope at the limit of the pitch gate
     others = sum(ours != theirs for ours, theirs in zip(run.statuses(), own.statuses()))
     yield within(row, "frames with another status", others, most=BOUNDS.true_statuses if is_true else 0)
     if row.preset not in scene.scored:
