@@ -3,7 +3,6 @@
 #include "matching/checks/external.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <iterator>
 
@@ -16,6 +15,8 @@ namespace {
 constexpr int rows_grain{16};
 /// Columns that are labelled together, in vectors.
 constexpr int tile_columns{64};
+/// Height of unusable pixels, px.
+constexpr float off_ground{2 * road_margin_px};
 
 /// Input of a frame's labels.
 struct SplitInput {
@@ -66,31 +67,38 @@ void find_heights(int v, const SplitInput& in, Image<float>& heights) {
   float* const row{heights.row(v)};
   for (int u{0}; u < in.disparity.width; ++u) {
     const float d{in.disparity(u, v)};
-    row[u] = in.is_usable(u, v) ? d - ground.at(u, d, in.relief) : 0.0f;
+    row[u] = in.is_usable(u, v) ? d - ground.at(u, d, in.relief) : off_ground;
   }
 }
 
 /// Evidence of a tile: that of SurfaceEvidence for each of its columns, in the same order.
 struct TileEvidence {
-  std::array<float, tile_columns> sum{};
-  std::array<float, tile_columns> pixels{};
-
-  /// `other`, `other_heights`: of the neighbour of the first column.
-  void add(const float* other, const float* other_heights, const float* d, const float* h, int begin, int end,
-           float usable_end) {
-    for (int i{begin}; i < end; ++i) {
-      const float upright{other[i] - d[i]};
-      const float along{other_heights[i] - h[i]};
-      const float term{Min(upright * upright, 1.0f) - Min(along * along, 1.0f)};
-      const bool is_there = (other[i] >= 0.5f) & (other[i] < usable_end);
-      sum[static_cast<std::size_t>(i)] += is_there ? term : 0.0f;
-      pixels[static_cast<std::size_t>(i)] += is_there ? 1.0f : 0.0f;
-    }
-  }
+  float sum[tile_columns];
+  float pixels[tile_columns];
 };
 
+// Adds neighbours begin … end − 1. `other`, `other_heights`: of the neighbour of the first column.
+void add_neighbours(const float* other, const float* other_heights, const float* d, const float* h, int begin, int end,
+                    float usable_end, TileEvidence& evidence) {
+  float sum[tile_columns];  // not in memory that the inputs may share, so that the loop becomes vectors
+  float pixels[tile_columns];
+  std::copy_n(evidence.sum, tile_columns, sum);
+  std::copy_n(evidence.pixels, tile_columns, pixels);
+  for (int i{begin}; i < end; ++i) {
+    const float upright{other[i] - d[i]};
+    const float along{other_heights[i] - h[i]};
+    const float term{Min(upright * upright, 1.0f) - Min(along * along, 1.0f)};
+    const float seen{other[i] >= 0.5f ? 1.0f : 0.0f};
+    const float used{other[i] < usable_end ? seen : 0.0f};
+    sum[i] += used > 0 ? term : 0.0f;
+    pixels[i] += used;
+  }
+  std::copy_n(sum, tile_columns, evidence.sum);
+  std::copy_n(pixels, tile_columns, evidence.pixels);
+}
+
 TileEvidence evidence_of(int first_u, int columns, int v, const SplitInput& in, const Image<float>& heights) {
-  TileEvidence evidence;
+  TileEvidence evidence{};
   const float usable_end{static_cast<float>(in.disparities) - 0.5f};
   const float* const d{in.disparity.row(v) + first_u};
   const float* const h{heights.row(v) + first_u};
@@ -99,19 +107,25 @@ TileEvidence evidence_of(int first_u, int columns, int v, const SplitInput& in, 
       if (i == 0 && j == v) continue;
       const int begin{std::max(-(first_u + i), 0)};
       const int end{std::min(columns, in.disparity.width - first_u - i)};
-      evidence.add(in.disparity.row(j) + first_u + i, heights.row(j) + first_u + i, d, h, begin, end, usable_end);
+      add_neighbours(in.disparity.row(j) + first_u + i, heights.row(j) + first_u + i, d, h, begin, end, usable_end,
+                     evidence);
     }
   }
   return evidence;
 }
 
+bool is_near_ground(const float* heights, int columns) {
+  return std::any_of(heights, heights + columns,
+                     [](float h) { return std::abs(h) <= static_cast<float>(road_margin_px); });
+}
+
 void split_tile(int first_u, int columns, int v, const SplitInput& in, const Image<float>& heights, Matches& matches) {
-  const TileEvidence evidence{evidence_of(first_u, columns, v, in, heights)};
+  const bool is_near{is_near_ground(heights.row(v) + first_u, columns)};
+  const TileEvidence evidence{is_near ? evidence_of(first_u, columns, v, in, heights) : TileEvidence{}};
   const GroundRow ground{in.plane, v};
   for (int i{0}; i < columns; ++i) {
     const int u{first_u + i};
-    const auto k = static_cast<std::size_t>(i);
-    const SurfaceEvidence around{evidence.sum[k], static_cast<int>(evidence.pixels[k])};
+    const SurfaceEvidence around{evidence.sum[i], static_cast<int>(evidence.pixels[i])};
     const SplitDisparity parts{surface_label(in.disparity(u, v), heights(u, v), ground.x_of(u), around, in.test)};
     put(matches, u, v, in.is_usable(u, v) ? parts : SplitDisparity{0, 0});
   }
