@@ -2,7 +2,7 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Compares the results of two builds of the tool, or of two devices, to the bit: grids and stages array by array,
-frames.jsonl and run.json without timing, version, device and config, in both presets. Prints the first difference of
+frames.jsonl and run.json without timing, version, device and config, in all presets. Prints the first difference of
 each run; exit status 1 if any.
 
 same_results.py OLD_TOOL NEW_TOOL INPUT...
@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-PRESETS = ("default", "paper")
+PRESETS = ("default", "robot", "paper")
 LEFT_OUT = ("timing_ms", "version", "device", "config")
 MISSING = "missing"
 

@@ -14,13 +14,16 @@
 
 namespace stereogrid {
 
-/// Images and matches of a frame. Only the pixels of MatchLattice in `matches` are read.
+/// Images of a frame and its last matches. Only the pixels of MatchLattice in `matches` are read.
 struct MatchedFrame {
   View<const std::uint8_t> left;
   View<const std::uint8_t> right;  ///< may be empty with external disparities
   const Matches& matches;
   View<const std::uint8_t> masked{};  ///< PixelMask: excluded pixels; empty: none
   bool is_external{false};            ///< the matches are external disparities
+  View<const float> obstacle{};       ///< disparities of all pixels, (H, W) px, 0 = none
+  View<const float> road{};
+  PlaneFit fit{};  ///< through the matches on the expected plane
 };
 
 /// Reason to reject the matches and the road plane of a frame, and the exposure of its images.

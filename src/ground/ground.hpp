@@ -28,6 +28,12 @@ struct GroundSpace {
   int blocks_across{0};
 };
 
+/// Road plane through the matches of a frame.
+struct PlaneFit {
+  Ground plane;
+  bool is_lost{false};  ///< the matches put the road outside the gate around the plane of the frame before
+};
+
 /// Road plane of this frame: a Kalman filter's step from `previous` (dt_s ago) with the plane through this frame's road
 /// disparities. Where too little road is seen or the result leaves the gates: `predicted`, `estimated` false. One
 /// implementation serves every back end on the CPU: it reads a lattice of some thousand pixels.

@@ -18,7 +18,7 @@ struct CudaLibrary {
                                     const StagesOptions& options);  ///< throws DeviceError
 };
 
-constexpr const char* cuda_library_function{"stereogrid_cuda_library_3"};
+constexpr const char* cuda_library_function{"stereogrid_cuda_library_4"};
 
 /// A number that changes with the structures that cross the interface: the same sources, built otherwise.
 constexpr std::size_t interface_sizes() {

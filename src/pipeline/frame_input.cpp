@@ -61,7 +61,7 @@ LevelFrame FrameInput::convert(const StereoFrame& frame, const FrameImages& imag
   level(images, cpu);
   converted.left = left_.view();
   if (!converted.right.empty()) converted.right = right_.view();
-  if (converted.is_given()) converted.disparity = disparity_.view();
+  if (converted.has_external_disparity()) converted.disparity = disparity_.view();
   return converted;
 }
 

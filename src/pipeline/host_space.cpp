@@ -19,7 +19,7 @@ HostSpace::HostSpace(const Config& config, const Rig& level_rig, const GridGeome
       filter_tables{config.filter},
       observed_world{Window{vehicle_grid}.cells(), Window{vehicle_grid}.cells()},
       filtered{Window{vehicle_grid}.cells(), config.filter},
-      filtered_before{Window{vehicle_grid}.cells(), config.filter},
+      next{Window{vehicle_grid}.cells(), config.filter},
       weighing{Window{vehicle_grid}.cells(), filter_tables, config.filter.model == FilterModel::joint ? threads : 0},
       block_kinds(filtered.kinds.size()),
       part_kinds(static_cast<std::size_t>(vehicle_grid.ny * resampled_parts(vehicle_grid.nx))) {
@@ -28,8 +28,8 @@ HostSpace::HostSpace(const Config& config, const Rig& level_rig, const GridGeome
 
 std::size_t HostSpace::held_bytes() const {
   return held_bytes_of(aligned_right, matches, heights, matching, ground_samples, u_disparity_tables, u_disparity,
-                       projection, rays, filter_tables, observed_world, filtered, filtered_before, weighing,
-                       block_kinds, part_kinds) +
+                       projection, rays, filter_tables, observed_world, filtered, next, weighing, block_kinds,
+                       part_kinds) +
          (prediction ? sizeof(PredictionSpace) + prediction->held_bytes() : 0);
 }
 

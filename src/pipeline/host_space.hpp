@@ -45,8 +45,8 @@ struct HostSpace {
   RaySpace rays;
   FilterTables filter_tables;
   Image<float> observed_world;
-  FilterState filtered;
-  FilterState filtered_before;
+  FilterState filtered;                         ///< state of the last published frame
+  FilterState next;                             ///< written by the frame in work
   std::unique_ptr<PredictionSpace> prediction;  ///< null: no predictions
   WeighingSpace weighing;
   std::vector<BlockKind> block_kinds;  ///< kinds of the window's layers of the stored result: FilterState::kinds

@@ -29,7 +29,8 @@ class HostStages final : public Stages {
  public:
   /// `cpu`: threads of what every back end does alike. Both must outlive the stages.
   HostStages(const Config& config, const Rig& level_rig, Cpu& cpu, const StagesOptions& options, BackEndType& back_end)
-      : config_{config},
+      : Stages{options.mask, false},
+        config_{config},
         rig_{level_rig},
         options_{options},
         cpu_{cpu},
@@ -37,103 +38,93 @@ class HostStages final : public Stages {
         space_{config, rig_, vehicle_grid_of(config.grid), cpu.threads()} {
     make_room(back_end_, config.matching, space_.matching);
     if (options.predictions)
-      space_.prediction = std::make_unique<PredictionSpace>(space_.filtered.occupancy.width(), config.filter);
+      space_.prediction = std::make_unique<PredictionSpace>(space_.next.occupancy.width(), config.filter);
+    set_memory_use({sizeof *this + space_.held_bytes(), 0});
   }
 
-  void set_mask(const PixelMask& mask) override { mask_ = &mask; }
-
-  void begin(const LevelFrame& frame, const GridGeometry& window, bool is_first, FrameResult& result) override {
-    frame_ = frame;
-    result_ = &result;
-    window_ = window;
-    vehicle_cells_ = grid_in_vehicle(result.vehicle.geometry, {});
-    window_cells_ = grid_in_vehicle(window, inverse(frame.world_from_vehicle));
-    times_ = {};
-    rules_ = {};
-    std::swap(space_.filtered, space_.filtered_before);
-    if (is_first) reset(space_.filtered_before, config_.filter, window);
-  }
-
-  void match(const Ground& expected, const Ground& previous, const RowAlignment& rows) override {
+  void match(const LevelFrame& frame, const FrameGrids&, const RowAlignment& rows, const MatchGround& ground) override {
     const ScopedTimer timer{times_.match};
-    previous_ = previous;
-    rows_ = &rows;
-    match_on(expected);
-  }
-
-  void estimate_ground() override {
-    const ScopedTimer timer{times_.ground};
     HostSpace& s{space_};
-    is_lost_ = stereogrid::is_lost(rig_, config_.ground, s.matches.obstacle.view(), s.matches.road.view(), previous_,
-                                   s.ground_samples);
-    ground_ = stereogrid::estimate_ground(rig_, config_.ground, s.matches.road.view(), previous_, frame_.dt_s,
-                                          s.ground_samples);
-    if (frame_.is_given()) match_on(ground_);  // splitting is cheap, and the plane is better now
-  }
-
-  void set_ground(const Ground& ground) override { ground_ = ground; }
-  void set_rules(const TerrainRules& rules) override {
-    rules_ = rules;
-    if (!frame_.is_given()) return;
-    const ScopedTimer timer{times_.match};
-    split_surfaces(back_end_, frame_.disparity, rig_, ground_, rules.relief, config_.matching, space_.heights,
-                   space_.matches);
+    previous_ = ground.previous;
+    if (ground.surface != nullptr) {
+      split_surfaces(back_end_, frame.disparity, rig_, ground.expected, *ground.surface, config_.matching, s.heights,
+                     s.matches);
+    } else if (frame.has_external_disparity()) {
+      split(back_end_, frame.disparity, rig_, ground.expected, config_.matching, s.matches);
+    } else {
+      stereogrid::match(back_end_, frame.left, aligned(frame.right, rows), road_plane(rig_, ground.expected),
+                        config_.matching, s.matching, s.matches);
+    }
     clear_masked();
   }
-  void set_blur(float blur_px) override { space_.rays.blur_px = blur_px; }
 
-  void observe(bool is_usable, std::span<const HeldCell> held) override {
-    if (is_usable) {
-      count();
-      project();
+  void fit_plane(const LevelFrame& frame) override {
+    const ScopedTimer timer{times_.ground};
+    HostSpace& s{space_};
+    PlaneFit& fit{host_matches_.fit};
+    fit.is_lost =
+        is_lost(rig_, config_.ground, s.matches.obstacle.view(), s.matches.road.view(), previous_, s.ground_samples);
+    fit.plane = estimate_ground(rig_, config_.ground, s.matches.road.view(), previous_, frame.dt_s, s.ground_samples);
+    if (!frame.has_external_disparity()) return;
+    split(back_end_, frame.disparity, rig_, fit.plane, config_.matching, s.matches);
+    clear_masked();
+  }
+
+  const HostMatches& read() override { return host_matches_; }
+
+  void observe(const LevelFrame& frame, const FrameGrids& grids, const Evidence& evidence,
+               FrameResult& result) override {
+    if (evidence.is_usable) {
+      count(evidence, result.stages);
+      project(grids, evidence, result);
     } else {
-      result_->observed.fill(0.5f);
+      result.observed.fill(0.5f);
       space_.observed_world.fill(0.5f);
     }
-    fuse(held);
+    fuse(frame, grids, evidence.held, result.observed);
   }
 
-  void filter(std::span<const VelocityEvidence> velocities) override {
+  void filter(const LevelFrame& frame, const FrameGrids& grids, std::span<const VelocityEvidence> velocities,
+              FrameResult& result) override {
     const ScopedTimer timer{times_.filter};
     HostSpace& s{space_};
-    const std::vector<BlockKind>* const kinds_before{is_reused() ? &s.block_kinds : nullptr};
-    stereogrid::filter(back_end_, {config_.filter, s.filter_tables, window_, frame_.dt_s, frame_.view, kinds_before},
-                       s.observed_world.view(), s.filtered_before, s.filtered, result_->world);
-    keep_block_kinds();
+    if (grids.is_first) reset(s.filtered, config_.filter, grids.window);
+    const bool is_reused{&result == options_.reused};
+    const std::vector<BlockKind>* const kinds_before{is_reused ? &s.block_kinds : nullptr};
+    stereogrid::filter(back_end_, {config_.filter, s.filter_tables, grids.window, frame.dt_s, frame.view, kinds_before},
+                       s.observed_world.view(), s.filtered, s.next, result.world);
+    if (is_reused) s.block_kinds = s.next.kinds;  // kinds of the blocks that the result's layers now have
     if (config_.filter.model == FilterModel::joint) {
-      stereogrid::weigh_velocities(back_end_, velocities, s.filter_tables, s.weighing, s.filtered, result_->world);
-      keep_block_kinds();
+      stereogrid::weigh_velocities(back_end_, velocities, s.filter_tables, s.weighing, s.next, result.world);
+      if (is_reused) s.block_kinds = s.next.kinds;
     }
-    resample();
+    resample(frame.world_from_vehicle, {&s.next.kinds, is_reused ? &s.part_kinds : nullptr}, result);
   }
 
-  Ground ground() override { return ground_; }
-  bool is_lost() override { return is_lost_; }
-  const Matches& matches_on_lattice() override { return space_.matches; }
-  View<const float> obstacle_disparity() override { return space_.matches.obstacle.view(); }
-  View<const float> road_disparity() override { return space_.matches.road.view(); }
-
-  void finish() override {
+  void publish(const LevelFrame& frame, FrameResult& result) override {
     const Matches& matches{space_.matches};
+    std::swap(space_.filtered, space_.next);
+    if (options_.predictions) predict(frame.world_from_vehicle, result);
     const auto obstacles = [&] {
-      result_->obstacle_density = share_matched(matches.obstacle);
-      if (options_.stage_images) result_->stages.obstacle_disparity = matches.obstacle;
+      result.obstacle_density = share_matched(matches.obstacle);
+      if (options_.stage_images) result.stages.obstacle_disparity = matches.obstacle;
     };
     const auto road = [&] {
-      result_->road_density = share_matched(matches.road);
-      if (options_.stage_images) result_->stages.road_disparity = matches.road;
+      result.road_density = share_matched(matches.road);
+      if (options_.stage_images) result.stages.road_disparity = matches.road;
     };
     cpu_.together(obstacles, road);
-    if (options_.stage_images) result_->stages.match_confidence = matches.confidence;
-    result_->timing_ms = times_;
+    if (options_.stage_images) result.stages.match_confidence = matches.confidence;
+    result.timing_ms = std::exchange(times_, {});
   }
 
-  [[nodiscard]] MemoryUse memory_use() const override { return {sizeof *this + space_.held_bytes(), 0}; }
-  void save(StateWriter& state) override { state(space_.filtered); }
-  void load(StateReader& state) override { state(space_.filtered); }
+  void exchange(StateArchive archive) override {
+    std::visit([this](auto* state) { (*state)(space_.filtered); }, archive);
+  }
 
+ private:
   // A prediction is a step in which nothing is seen.
-  void predict(const Pose2& world_from_vehicle, FrameResult& result) override {
+  void predict(const Pose2& world_from_vehicle, FrameResult& result) {
     PredictionSpace& ahead{*space_.prediction};
     for (Prediction& prediction : result.predictions) {
       stereogrid::filter(back_end_, {config_.filter, space_.filter_tables, result.world.geometry, prediction.horizon_s},
@@ -143,33 +134,29 @@ class HostStages final : public Stages {
     }
   }
 
- private:
-  void match_on(const Ground& ground) {
-    HostSpace& s{space_};
-    if (frame_.is_given()) {
-      split(back_end_, frame_.disparity, rig_, ground, config_.matching, s.matches);
-    } else {
-      stereogrid::match(back_end_, frame_.left, aligned(frame_.right), road_plane(rig_, ground), config_.matching,
-                        s.matching, s.matches);
-    }
-    clear_masked();
-  }
-
-  void count() {
+  void count(const Evidence& evidence, StageImages& stages) {
     const ScopedTimer timer{times_.count};
-    space_.rays.relief = rules_.relief;
-    if (counts_rays()) count_rays(back_end_, space_.matches, rig_, ground_, config_.u_disparity, space_.rays);
+    HostSpace& s{space_};
+    s.rays.blur_px = evidence.blur_px;
+    s.rays.relief = evidence.rules.relief;
+    if (counts_rays()) count_rays(back_end_, s.matches, rig_, evidence.ground, config_.u_disparity, s.rays);
     if (counts_rays() && !options_.stage_images) return;
-    stereogrid::count(back_end_, space_.matches, rig_, ground_, space_.u_disparity_tables, space_.u_disparity,
-                      result_->stages);
+    stereogrid::count(back_end_, s.matches, rig_, evidence.ground, s.u_disparity_tables, s.u_disparity, stages);
   }
 
-  void project() {
+  void project(const FrameGrids& grids, const Evidence& evidence, FrameResult& result) {
     const ScopedTimer timer{times_.project};
-    project_to(vehicle_cells_, result_->observed);
-    project_to(window_cells_, space_.observed_world);
-    apply(rules_.vehicle, result_->observed);
-    apply(rules_.window, space_.observed_world);
+    const View<const float> occupancy{std::as_const(result.stages.occupancy_smooth).view()};
+    project_to(grids.vehicle_cells, occupancy, result.observed);
+    project_to(grids.window_cells, occupancy, space_.observed_world);
+    apply(evidence.rules.vehicle, result.observed);
+    apply(evidence.rules.window, space_.observed_world);
+  }
+
+  void project_to(const GridInVehicle& grid, View<const float> occupancy, Image<float>& cells) {
+    const BinGeometry bins{rig_};
+    if (counts_rays()) return project_rays(back_end_, space_.rays, bins, grid, cells.view());
+    stereogrid::project(back_end_, occupancy, bins, grid, space_.projection, cells.view());
   }
 
   void apply(View<const CellRule> rules, Image<float>& cells) {
@@ -178,51 +165,35 @@ class HostStages final : public Stages {
     });
   }
 
-  void fuse(std::span<const HeldCell> held) {
+  void fuse(const LevelFrame& frame, const FrameGrids& grids, std::span<const HeldCell> held, Image<float>& observed) {
     const ScopedTimer timer{times_.project};
-    stereogrid::fuse(back_end_, frame_.other_grids, vehicle_cells_, config_.fusion, result_->observed.view());
-    stereogrid::fuse(back_end_, frame_.other_grids, window_cells_, config_.fusion, space_.observed_world.view());
+    stereogrid::fuse(back_end_, frame.other_grids, grids.vehicle_cells, config_.fusion, observed.view());
+    stereogrid::fuse(back_end_, frame.other_grids, grids.window_cells, config_.fusion, space_.observed_world.view());
     for (const HeldCell& one : held) {
       float& cell{space_.observed_world.data()[one.cell]};
       cell = std::max(cell, one.occupancy);
     }
   }
 
-  void resample() {
-    const KnownKinds kinds{&space_.filtered.kinds, is_reused() ? &space_.part_kinds : nullptr};
-    const Pose2& pose{frame_.world_from_vehicle};
-    if constexpr (std::is_same_v<BackEndType, Reference>) return stereogrid::resample(pose, *result_);
-    cpu_.for_ranges(result_->vehicle.geometry.ny, 8,
-                    [&](int begin, int end) { resample_rows(pose, begin, end, kinds, *result_); });
-  }
-
-  [[nodiscard]] bool is_reused() const { return result_ == options_.reused; }
-
-  // Kinds of the blocks that the result's layers now have.
-  void keep_block_kinds() {
-    if (is_reused()) space_.block_kinds = space_.filtered.kinds;
+  void resample(const Pose2& pose, KnownKinds kinds, FrameResult& result) {
+    if constexpr (std::is_same_v<BackEndType, Reference>) return stereogrid::resample(pose, result);
+    cpu_.for_ranges(result.vehicle.geometry.ny, 8,
+                    [&](int begin, int end) { resample_rows(pose, begin, end, kinds, result); });
   }
 
   void clear_masked() {
-    if (mask_ == nullptr || mask_->empty()) return;
-    cpu_.for_ranges(mask_->end_row() - mask_->first_row(), 8,
-                    [this](int begin, int end) { mask_->clear(begin, end, space_.matches); });
+    if (mask().empty()) return;
+    cpu_.for_ranges(mask().end_row() - mask().first_row(), 8,
+                    [this](int begin, int end) { mask().clear(begin, end, space_.matches); });
   }
 
-  View<const std::uint8_t> aligned(View<const std::uint8_t> right) {
-    if (rows_->is_identity()) return right;
-    align_rows(back_end_, right, rows_->offsets(), space_.aligned_right.view());
+  View<const std::uint8_t> aligned(View<const std::uint8_t> right, const RowAlignment& rows) {
+    if (rows.is_identity()) return right;
+    align_rows(back_end_, right, rows.offsets(), space_.aligned_right.view());
     return space_.aligned_right.view();
   }
 
   [[nodiscard]] bool counts_rays() const { return config_.projection.model == ProjectionModel::rays; }
-
-  void project_to(const GridInVehicle& grid, Image<float>& cells) {
-    const BinGeometry bins{rig_};
-    if (counts_rays()) return project_rays(back_end_, space_.rays, bins, grid, cells.view());
-    const View<const float> occupancy{std::as_const(result_->stages.occupancy_smooth).view()};
-    stereogrid::project(back_end_, occupancy, bins, grid, space_.projection, cells.view());
-  }
 
   Config config_;
   Rig rig_;
@@ -230,19 +201,10 @@ class HostStages final : public Stages {
   Cpu& cpu_;
   BackEndType& back_end_;
   HostSpace space_;
-  const PixelMask* mask_{nullptr};
+  HostMatches host_matches_{space_.matches, space_.matches.obstacle.view(), space_.matches.road.view()};
 
-  // level images of a frame
-  LevelFrame frame_;
-  FrameResult* result_{nullptr};
-  GridGeometry window_;
-  GridInVehicle vehicle_cells_{};  ///< the vehicle's grid in the vehicle frame
-  GridInVehicle window_cells_{};   ///< the window in the vehicle frame
-  TerrainRules rules_;
+  // data of a frame
   Ground previous_;
-  const RowAlignment* rows_{nullptr};
-  Ground ground_;
-  bool is_lost_{false};
   StageTimes times_;
 };
 

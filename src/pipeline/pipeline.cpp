@@ -105,14 +105,15 @@ struct Pipeline::Implementation {
 
   std::unique_ptr<FramePipeline> make_frames(const Rig& rig) {
     const LevelMapping mapping{rig};
-    return std::make_unique<FramePipeline>(
-        config, mapping.level_rig(), cpu, make_stages(mapping.level_rig()), PixelMask{options.mask, mapping},
-        rig.camera_pitch_rad - mapping.level_rig().camera_pitch_rad, options.extrinsics_given);
+    const Rig& level_rig{mapping.level_rig()};
+    return std::make_unique<FramePipeline>(config, level_rig, cpu,
+                                           make_stages(level_rig, PixelMask{options.mask, mapping}),
+                                           rig.camera_pitch_rad - level_rig.camera_pitch_rad, options.extrinsics_given);
   }
 
   // Sets options.back_end where it is automatic.
-  std::unique_ptr<Stages> make_stages(const Rig& level_rig) {
-    const StagesOptions wanted{options.stages, !options.horizons_s.empty(), &result};
+  std::unique_ptr<Stages> make_stages(const Rig& level_rig, PixelMask mask) {
+    const StagesOptions wanted{options.stages, !options.horizons_s.empty(), &result, std::move(mask)};
     BackEnd& used{options.back_end};
     if (used == BackEnd::cuda) return make_cuda_stages(level_rig, wanted);
     if (used == BackEnd::automatic) {
@@ -186,7 +187,6 @@ struct Pipeline::Implementation {
     const LevelFrame converted{input.convert(frame, images, cpu, into)};
     is_unfinished = true;
     frames->process(converted, into);
-    if (!into.predictions.empty()) frames->stages().predict(converted.world_from_vehicle, into);
 
     if (!options.stages) unwanted_stages = std::exchange(into.stages, {});
     into.world_from_vehicle = converted.world_from_vehicle;
@@ -224,7 +224,7 @@ struct Pipeline::Implementation {
     StateWriter state;
     Rig rig{input.rig()};
     state(input, is_first, rig);
-    frames->save(state);
+    frames->exchange(state);
     return sealed(state.bytes(), settings_of(config, given_rig, options));
   }
 
@@ -242,7 +242,7 @@ struct Pipeline::Implementation {
             (rig == input.rig() || !options.extrinsics_given));
     if (rig != input.rig()) loaded.set_rig(rig);
     std::unique_ptr<FramePipeline> made{make_frames(rig)};
-    made->load(state);
+    made->exchange(state);
     require(state.fits());
     static_assert(std::is_nothrow_move_assignable_v<FrameInput>);
     input = std::move(loaded);

@@ -4,13 +4,19 @@
 
 #include <memory>
 #include <span>
+#include <type_traits>
+#include <utility>
+#include <variant>
 
 #include "filter/filter.hpp"
 #include "filter/held_cell.hpp"
 #include "filter/joint/evidence.hpp"
+#include "ground/ground.hpp"
+#include "held_bytes.hpp"
 #include "images/row_alignment/row_alignment.hpp"
 #include "matching/checks/mask.hpp"
 #include "matching/matches.hpp"
+#include "observation/projection/model.hpp"
 #include "pipeline/saved_state.hpp"
 #include "stereogrid/pipeline.hpp"
 #include "terrain/rules.hpp"
@@ -31,70 +37,107 @@ struct LevelFrame {
   bool restarts{false};         ///< clock leap: no state is used
   double disparity_step_px{0};  ///< external disparities: step_of
 
-  [[nodiscard]] bool is_given() const { return !disparity.empty(); }
+  [[nodiscard]] bool has_external_disparity() const { return !disparity.empty(); }
+};
+
+/// Grids of a frame, and where they lie for its camera.
+struct FrameGrids {
+  GridGeometry window;          ///< the filter's grid, world axes
+  GridInVehicle vehicle_cells;  ///< the vehicle's grid in the vehicle frame
+  GridInVehicle window_cells;   ///< the window in the vehicle frame
+  bool is_first;                ///< the filter begins with this frame
+};
+
+/// Ground that a frame is matched on.
+struct MatchGround {
+  Ground expected;                       ///< plane of the road hypothesis
+  Ground previous;                       ///< plane of the frame before, for fit_plane()
+  const Relief<Host>* surface{nullptr};  ///< local ground over `expected`, by which external disparities are split
+};
+
+/// The last matches, as the host reads them. Valid until the frame is matched again.
+struct HostMatches {
+  const Matches& lattice;      ///< valid at the pixels of MatchLattice only
+  View<const float> obstacle;  ///< (H, W) px, 0 = none
+  View<const float> road;
+  PlaneFit fit{};  ///< result of fit_plane()
+};
+
+/// Input of a frame's grids beside its matches.
+struct Evidence {
+  bool is_usable{true};              ///< false: both grids are unknown, but for the frame's other grids and `held`
+  Ground ground{};                   ///< plane under the observed grids
+  TerrainRules rules{};              ///< empty: none
+  float blur_px{0};                  ///< see blur_of
+  std::span<const HeldCell> held{};  ///< cells of the window that stay occupied, each once, at most held_cells_max
 };
 
 /// Constant settings of a back end.
 struct StagesOptions {
   bool stage_images{true};             ///< fill FrameResult::stages
-  bool predictions{false};             ///< predict() will be called
+  bool predictions{false};             ///< fill FrameResult::predictions
   const FrameResult* reused{nullptr};  ///< result that only the pipeline writes: constant parts are not written again
+  PixelMask mask{};                    ///< pixels without disparities in all frames
 };
 
+using StateArchive = std::variant<StateWriter*, StateReader*>;
+
 /// The stages of a frame on one back end, and the buffers between them. FramePipeline calls them in order. A device
-/// enqueues the work of a stage and returns; the functions that return results wait for it.
+/// enqueues the work of a stage and returns; read() and publish() wait for it. What a call is given stays valid until
+/// publish().
 class Stages {
  public:
-  Stages() = default;
+  /// `is_asynchronous`: calls enqueue and return.
+  Stages(PixelMask mask, bool is_asynchronous) : mask_{std::move(mask)}, is_asynchronous_{is_asynchronous} {}
   Stages(const Stages&) = delete;
   Stages& operator=(const Stages&) = delete;
   virtual ~Stages() = default;
 
-  /// Pixels without disparities in all frames. Before the first frame; `mask` must outlive the stages.
-  virtual void set_mask(const PixelMask& mask) = 0;
+  /// Disparities of obstacles and road (III-C), or external ones split into both. Once or more in a frame.
+  virtual void match(const LevelFrame& frame, const FrameGrids& grids, const RowAlignment& rows,
+                     const MatchGround& ground) = 0;
+  /// Road plane through the matches. External disparities are split again, by this plane.
+  virtual void fit_plane(const LevelFrame& frame) = 0;
+  /// Waits for match() and fit_plane(). Any thread may call this.
+  virtual const HostMatches& read() = 0;
+  /// Occupancy of the vehicle's grid and of the window (IV, V-A), fused with the frame's other grids.
+  virtual void observe(const LevelFrame& frame, const FrameGrids& grids, const Evidence& evidence,
+                       FrameResult& result) = 0;
+  /// One step of the filter (V-B), from the state before the frame, and its layers in the vehicle's grid. `velocities`:
+  /// at most one per cell, by ascending cell.
+  virtual void filter(const LevelFrame& frame, const FrameGrids& grids, std::span<const VelocityEvidence> velocities,
+                      FrameResult& result) = 0;
+  /// Ends the frame: completes the result's grids, predictions, densities, times of the stages and, with
+  /// StagesOptions::stage_images, stages.
+  virtual void publish(const LevelFrame& frame, FrameResult& result) = 0;
+  /// State of the filter between two frames.
+  virtual void exchange(StateArchive archive) = 0;
 
-  /// Starts a frame. `window`: the filter's grid. The first frame resets the filter. The images of `frame` and `result`
-  /// must stay valid until finish().
-  virtual void begin(const LevelFrame& frame, const GridGeometry& window, bool is_first, FrameResult& result) = 0;
-  /// Disparities of obstacles and road (III-C). `expected`: plane of the road hypothesis; `previous`: plane of the
-  /// frame before, for estimate_ground().
-  virtual void match(const Ground& expected, const Ground& previous, const RowAlignment& rows) = 0;
-  /// Road plane of the matches.
-  virtual void estimate_ground() = 0;
-  /// Replaces the estimated plane for the rest of the frame.
-  virtual void set_ground(const Ground& ground) = 0;
-  /// Terrain rules of the frame's stereo grids; valid until finish(). Without a call: none. External disparities are
-  /// split again, by their surfaces on the relief.
-  virtual void set_rules(const TerrainRules& rules) = 0;
-  /// Blur of the obstacles (blur_of) in observe().
-  virtual void set_blur(float blur_px) = 0;
-  /// Occupancy of the vehicle's grid and of the window, fused with the frame's other grids. `is_usable` false: unknown.
-  /// `held`: cells of the window that stay occupied, each once, at most held_cells_max; valid until finish().
-  virtual void observe(bool is_usable, std::span<const HeldCell> held) = 0;
-  /// One step of the filter, from the state before the frame, and its layers in the vehicle's grid. `velocities`: one
-  /// per cell, by ascending cell; valid until finish().
-  virtual void filter(std::span<const VelocityEvidence> velocities) = 0;
-  /// Fills the result's grids, densities, times of the stages and, with StagesOptions::stage_images, stages.
-  virtual void finish() = 0;
-  /// Fills result.predictions, after finish().
-  virtual void predict(const Pose2& /*world_from_vehicle*/, FrameResult& /*result*/) {}
+  /// Runs host work while the stages work: on the CPU on other threads, on a device after the calls have been enqueued.
+  /// Returns the result of the host work.
+  template <class Threads, class StageCalls, class HostWork>
+  auto both(Threads& cpu, const StageCalls& stage_calls, const HostWork& host_work) const {
+    if (is_asynchronous_) {
+      stage_calls();
+      return host_work();
+    }
+    std::invoke_result_t<HostWork> made{};
+    cpu.together(stage_calls, [&] { made = host_work(); });
+    return made;
+  }
+  [[nodiscard]] const PixelMask& mask() const { return mask_; }
+  [[nodiscard]] MemoryUse memory_use() const { return memory_; }
 
-  /// True: the calls above enqueue and return.
-  [[nodiscard]] virtual bool is_asynchronous() const { return false; }
-  /// Plane from estimate_ground().
-  virtual Ground ground() = 0;
-  /// True: the matches put the road outside the gate around `previous`.
-  virtual bool is_lost() = 0;
-  /// Valid at the pixels of MatchLattice only.
-  virtual const Matches& matches_on_lattice() = 0;
-  /// (H, W) px, 0 = none.
-  virtual View<const float> obstacle_disparity() = 0;
-  virtual View<const float> road_disparity() = 0;
+ protected:
+  /// At the end of a constructor: all is allocated there. Without the mask.
+  void set_memory_use(const MemoryUse& memory) {
+    memory_ = {memory.host_bytes + held_bytes_of(mask_), memory.device_bytes};
+  }
 
-  [[nodiscard]] virtual MemoryUse memory_use() const = 0;
-  /// State of the filter.
-  virtual void save(StateWriter& state) = 0;
-  virtual void load(StateReader& state) = 0;
+ private:
+  PixelMask mask_;
+  bool is_asynchronous_;
+  MemoryUse memory_;
 };
 
 std::unique_ptr<Stages> cpu_stages(const Config& config, const Rig& level_rig, Cpu& cpu, const StagesOptions& options);

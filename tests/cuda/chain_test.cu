@@ -133,11 +133,11 @@ TEST(what_was_saved_goes_on) {
   Pair pair{small_config(), small_rig()};
   for (int index{0}; index < 3; ++index) pair.run(street.frame(index));
   StateWriter saved;
-  pair.gpu.frames.save(saved);
+  pair.gpu.frames.exchange(saved);
   Pair other{small_config(), small_rig()};
   other.run(street.frame(0));
   StateReader state{saved.bytes()};
-  other.gpu.frames.load(state);
+  other.gpu.frames.exchange(state);
   CHECK(state.fits());
   for (int index{3}; index < 5; ++index) {
     pair.run(street.frame(index));
@@ -156,7 +156,7 @@ TEST(states_saved_after_the_same_frame_are_equal) {
   for (StateWriter& state : states) {
     Runner runner{std::make_unique<CudaStages>(small_config(), small_rig()), small_config(), small_rig()};
     runner.run(street.frame(0), 0);
-    runner.frames.save(state);
+    runner.frames.exchange(state);
   }
   CHECK(states[0].bytes() == states[1].bytes());
 }
@@ -174,8 +174,8 @@ TEST(kernels_are_loaded_at_construction) {
       emulator::unload_kernels();
       Image<std::uint8_t> mask{width, height, 255};
       mask(5, 5) = 0;
-      Runner runner{std::make_unique<CudaStages>(config, small_rig()), config, small_rig(),
-                    PixelMask{mask, LevelMapping{small_rig()}}};
+      const StagesOptions options{.mask = PixelMask{mask, LevelMapping{small_rig()}}};
+      Runner runner{std::make_unique<CudaStages>(config, small_rig(), 0, options), config, small_rig()};
       for (int index{0}; index < 3; ++index) {
         StereoFrame frame{street.frame(index)};
         if (index == 2) {

@@ -29,15 +29,15 @@ inline Config small_config() {
   return config;
 }
 
-inline std::unique_ptr<Stages> law_stages(const Config& config, const Rig& rig) {
+inline std::unique_ptr<Stages> law_stages(const Config& config, const Rig& rig, const PixelMask& mask = {}) {
   static Cpu cpu{1};
-  return reference_stages(config, rig, cpu, {});
+  return reference_stages(config, rig, cpu, {.mask = mask});
 }
 
 /// A frame pipeline and its last result.
 struct Runner {
-  Runner(std::unique_ptr<Stages> stages, const Config& config, const Rig& rig, const PixelMask& mask = {})
-      : frames{config, rig, cpu, std::move(stages), mask}, result{empty_result(config, rig)} {}
+  Runner(std::unique_ptr<Stages> stages, const Config& config, const Rig& rig)
+      : frames{config, rig, cpu, std::move(stages)}, result{empty_result(config, rig)} {}
 
   void run(const StereoFrame& frame, double dt_s) {
     result.status.clear();
@@ -124,8 +124,8 @@ inline void compare(const FrameResult& gpu, const FrameResult& law) {
 class Pair {
  public:
   Pair(const Config& config, const Rig& rig, const PixelMask& mask = {})
-      : gpu{std::make_unique<CudaStages>(config, rig), config, rig, mask},
-        law{law_stages(config, rig), config, rig, mask} {}
+      : gpu{std::make_unique<CudaStages>(config, rig, 0, StagesOptions{.mask = mask}), config, rig},
+        law{law_stages(config, rig, mask), config, rig} {}
 
   void run(const StereoFrame& frame) {
     const double dt_s{frame.index == 0 ? 0 : 0.1};

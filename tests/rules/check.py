@@ -128,6 +128,23 @@ def not_exported(lines: list[str]) -> list[int]:
     return found
 
 
+FRAME = "src/pipeline/frame_pipeline.cpp"
+NO_STAGE = {"process", "grids_of", "read", "matched", "both", "held", "clear", "reset"}  # they have no box in the figure
+
+
+def picture_violations(root: Path) -> list[str]:
+    """Stages that process() calls and the figure of ARCHITECTURE.md lacks, and the other way round."""
+    body = re.search(r"void FramePipeline::process\(.*?\n}\n", (root / FRAME).read_text(encoding="utf-8"), re.DOTALL)[0]
+    helpers = set(re.findall(r" (\w+)\(", (root / FRAME).with_suffix(".hpp").read_text(encoding="utf-8")))
+    called = set(re.findall(r"(?:stages_->|estimator_\.|state_\.\w+\.)(\w+)\(", body))
+    called |= helpers & set(re.findall(r"(?<![\w.>:])(\w+)\(", body))
+    picture = (root / "ARCHITECTURE.md").read_text(encoding="utf-8").split("```")[1]
+    lacking = called - NO_STAGE - set(re.findall(r"\w+", picture))
+    gone = set(re.findall(r"(\w+) +──►", picture)) - called
+    return [f"ARCHITECTURE.md:1: the picture of a frame {what} {name}: see {FRAME}"
+            for what, names in (("lacks", lacking), ("has no longer", gone)) for name in sorted(names)]
+
+
 def violations(root: Path, names: list[str]) -> list[str]:
     found = []
     for name in names:
@@ -165,7 +182,7 @@ def long_files(root: Path, names: list[str]) -> list[str]:
 def main() -> int:
     root = Path(sys.argv[1] if len(sys.argv) > 1 else Path(__file__).parents[2]).resolve()
     names = files_of(root)
-    found = violations(root, names) + language.violations(root, names)
+    found = violations(root, names) + language.violations(root, names) + picture_violations(root)
     for note in long_files(root, names):
         print("note:", note)
     for violation in found:

@@ -33,6 +33,15 @@ class Rules(unittest.TestCase):
     def found(self, name, text, licence=LICENCE):
         return check.violations(self.root, [self.write(name, licence + text)])
 
+    def test_the_picture_of_a_frame(self):
+        self.write("src/pipeline/frame_pipeline.hpp", "  void publish(int frame);\n")
+        self.write(check.FRAME, "void FramePipeline::process(int frame) {\n  stages_->match(frame);\n  publish(frame);\n}\n")
+        for picture, lacks in (("match ──► disparities\n publish", ""), ("match ──► disparities", "publish"),
+                               ("match ──► a\n publish ──► b\n count ──► c", "count")):
+            self.write("ARCHITECTURE.md", f"```\n{picture}\n```\n")
+            found = " ".join(check.picture_violations(self.root))
+            self.assertEqual(lacks in found and bool(lacks), bool(found), picture)
+
     def assert_allowed(self, name, include):
         self.assertEqual(self.found(name, f"#include {include}\n"), [])
 

@@ -46,6 +46,8 @@ int NearObstacles::column_at(Point2 place) const {
 
 void NearObstacles::compare(const MatchedFrame& frame, const Ground& road, const Pose2& world_from_vehicle,
                             const GridGeometry& window) {
+  clear_result();
+  if (cells_.empty()) return;
   cell_size_m_ = window.cell_size_m;
   const Pose2 vehicle_from_world{inverse(world_from_vehicle)};
   const double textured_grey{textured_from(frame, horizon_row(rig_, road))};

@@ -60,7 +60,7 @@ NearObstacles::NearObstacles(const Rig& level_rig, const MatchingConfig& matchin
   }
 }
 
-void NearObstacles::begin() {
+void NearObstacles::clear_result() {
   for (HeldObstacles* held : {&unmatchable_, &present_}) {
     held->cells.clear();
     held->ids.clear();
@@ -145,7 +145,7 @@ void NearObstacles::update(const FrameResult& result, const Tracker& tracker, co
   std::ranges::sort(cells_, {}, [](const Cell& cell) { return std::tuple{cell.id, cell.y, cell.x}; });
 }
 
-void tell(const HeldObstacles& held, FrameResult& result) {
+void report_too_close(const HeldObstacles& held, FrameResult& result) {
   const auto is_kept = [&](const Obstacle& obstacle) {
     return obstacle.coasting && std::ranges::binary_search(held.ids, obstacle.id);
   };

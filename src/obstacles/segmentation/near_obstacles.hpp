@@ -32,8 +32,6 @@ class NearObstacles {
  public:
   NearObstacles(const Rig& level_rig, const MatchingConfig& matching, int window_cells);
 
-  /// Clears the result of compare().
-  void begin();
   /// Compares the obstacles with a frame's matches, before the grids are made. `road`: predicted plane.
   void compare(const MatchedFrame& frame, const Ground& road, const Pose2& world_from_vehicle,
                const GridGeometry& window);
@@ -45,7 +43,6 @@ class NearObstacles {
               bool is_reliable);
 
   void clear() { cells_.clear(); }
-  [[nodiscard]] bool empty() const { return cells_.empty(); }
 
   template <class State>
   void exchange(State& state) {
@@ -78,6 +75,7 @@ class NearObstacles {
     CellState state;
   };
 
+  void clear_result();
   [[nodiscard]] Point2 centre(const Cell& cell, const Pose2& vehicle_from_world) const;
   [[nodiscard]] int column_at(Point2 place) const;
   void find_columns(std::span<const Cell> cells, const Pose2& vehicle_from_world);
@@ -105,6 +103,6 @@ class NearObstacles {
 };
 
 /// Adds FrameStatus::too_close and its warning where a held obstacle is not seen in the frame.
-void tell(const HeldObstacles& held, FrameResult& result);
+void report_too_close(const HeldObstacles& held, FrameResult& result);
 
 }  // namespace stereogrid

@@ -28,9 +28,9 @@ class Tracker {
   Tracker(const TrackingConfig& config, const Rig& level_rig);
 
   /// Removes all tracks; ids continue.
-  void forget() { tracks_.clear(); }
+  void reset() { tracks_.clear(); }
   /// Continues the ids of `before`.
-  void go_on_from(const Tracker& before) { next_id_ = before.next_id_; }
+  void continue_ids(const Tracker& before) { next_id_ = before.next_id_; }
 
   /// Predicts all tracks by dt_s, associates clusters, begins and ends tracks. `held`: ids of tracks that do not end
   /// while they are in view, ascending.

@@ -16,7 +16,7 @@ std::unique_ptr<Stages> start(const Config& config, const Rig& level_rig, int de
 }  // namespace
 }  // namespace stereogrid
 
-extern "C" __attribute__((visibility("default"))) const stereogrid::CudaLibrary* stereogrid_cuda_library_3() {
+extern "C" __attribute__((visibility("default"))) const stereogrid::CudaLibrary* stereogrid_cuda_library_4() {
   static const stereogrid::CudaLibrary library{stereogrid::build_id().data(), stereogrid::interface_sizes(),
                                                stereogrid::start};
   return &library;

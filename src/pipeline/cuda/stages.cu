@@ -21,7 +21,8 @@ void put(View<const T> image, T* pinned) {
 }  // namespace
 
 CudaStages::CudaStages(const Config& config, const Rig& level_rig, int device, const StagesOptions& options)
-    : config_{config},
+    : Stages{options.mask, true},
+      config_{config},
       rig_{level_rig},
       cuda_{device},
       options_{options},
@@ -30,17 +31,18 @@ CudaStages::CudaStages(const Config& config, const Rig& level_rig, int device, c
       filter_tables_{config.filter},
       device_{cuda_, config, rig_, vehicle_grid_, window_cells_, filter_tables_},
       host_{rig_, vehicle_grid_, window_cells_, device_.rays.relief.size()},
-      matches_{rig_.width_px, rig_.height_px} {
+      matches_{rig_.width_px, rig_.height_px},
+      host_matches_{matches_,
+                    {host_.obstacle(), rig_.width_px, rig_.height_px, rig_.width_px},
+                    {host_.road(), rig_.width_px, rig_.height_px, rig_.width_px}} {
+  set_memory_use({sizeof *this + held_.pinned + held_bytes_of(filter_tables_, matches_), held_.device});
+  load_mask();
   cuda_.load([this] { load_kernels(); });
 }
 
 // An exception may have ended a frame whose work the device has not finished.
 CudaStages::~CudaStages() {
   cudaStreamSynchronize(cuda_.stream());
-}
-
-MemoryUse CudaStages::memory_use() const {
-  return {sizeof *this + held_.pinned + held_bytes_of(filter_tables_, matches_), held_.device};
 }
 
 // Loads all kernels that a frame may need: external disparities and grids of other sources may come later.
@@ -58,33 +60,25 @@ void CudaStages::load_kernels() {
   enqueue_filter();
 }
 
-void CudaStages::set_mask(const PixelMask& mask) {
-  mask_ = &mask;
-  if (mask.empty()) return;
-  const View<const std::uint8_t> masked{mask.view()};
+void CudaStages::load_mask() {
+  if (mask().empty()) return;
+  const View<const std::uint8_t> masked{mask().view()};
   upload(cuda_, masked.data, device_.masked.size(), device_.masked.data());
   synchronize();
-  cuda_.load([this] { clear_masked(); });
 }
 
 void CudaStages::clear_masked() {
-  if (mask_ != nullptr) stereogrid::clear_masked(cuda_, *mask_, std::as_const(device_.masked).view(), device_.matches);
+  stereogrid::clear_masked(cuda_, mask(), std::as_const(device_.masked).view(), device_.matches);
 }
 
 void CudaStages::synchronize() {
   cuda_.synchronize();
-  is_at_work_ = are_grids_in_work_ = false;
+  is_at_work_ = false;
 }
 
-// Everything that changes from frame to frame goes to where graphs look for it.
-void CudaStages::begin(const LevelFrame& frame, const GridGeometry& window, bool is_first, FrameResult& result) {
-  cuda_.use();
-  if (is_at_work_) synchronize();  // after an exception the device may still read the memory that is written now
-  result_ = &result;
-  is_first_ = is_first;
-  std::fill_n(host_.vehicle_rules.data(), host_.vehicle_rules.size(), CellRule::as_observed);
-  std::fill_n(host_.window_rules.data(), host_.window_rules.size(), CellRule::as_observed);
-  is_given_ = frame.is_given();
+// Inputs that change from frame to frame are written to where the graphs read them.
+void CudaStages::put_frame(const LevelFrame& frame, const FrameGrids& grids) {
+  is_given_ = frame.has_external_disparity();
   if (is_given_) {
     put(frame.disparity, host_.given());
   } else {
@@ -94,29 +88,37 @@ void CudaStages::begin(const LevelFrame& frame, const GridGeometry& window, bool
   has_other_grids_ = !frame.other_grids.empty();
   if (has_other_grids_) device_.other_grids.take(cuda_, frame.other_grids);
 
-  if (is_first) window_before_ = window;
   FrameOnDevice& on_device{host_.frame()};
-  dt_s_ = frame.dt_s;
-  on_device.vehicle_cells = grid_in_vehicle(vehicle_grid_, {});
-  on_device.window_cells = grid_in_vehicle(window, inverse(frame.world_from_vehicle));
+  on_device.vehicle_cells = grids.vehicle_cells;
+  on_device.window_cells = grids.window_cells;
   on_device.vehicle_in_world = grid_in_vehicle(vehicle_grid_, frame.world_from_vehicle);
-  on_device.window = window;
-  on_device.motion = filter_motion({config_.filter, filter_tables_, window, frame.dt_s, frame.view}, window_before_);
+  on_device.window = grids.window;
+  on_device.motion = filter_motion({config_.filter, filter_tables_, grids.window, frame.dt_s, frame.view},
+                                   grids.is_first ? grids.window : window_before_);
 }
 
-// Inputs that change from frame to frame are written to where the graphs read them.
-void CudaStages::match(const Ground& expected, const Ground& previous, const RowAlignment& rows) {
-  if (are_grids_in_work_) synchronize();
-  FrameOnDevice& frame{host_.frame()};
-  frame.plane = road_plane(rig_, expected);
-  frame.expected = expected;
-  frame.prior = prior_of(rig_, config_.ground, previous, dt_s_);
-  frame.rows = {rows.offsets(), rows.is_identity() ? 1 : 0};
+// Waits, also after an exception, until the device does not read the memory that is written now.
+void CudaStages::match(const LevelFrame& frame, const FrameGrids& grids, const RowAlignment& rows,
+                       const MatchGround& ground) {
+  cuda_.use();
+  if (is_at_work_) synchronize();
+  if (ground.surface != nullptr) {
+    put_ground(ground.expected);
+    put_relief(*ground.surface);
+    split_surfaces();
+    return fetch_answer();
+  }
+  put_frame(frame, grids);
+  FrameOnDevice& on_device{host_.frame()};
+  on_device.plane = road_plane(rig_, ground.expected);
+  on_device.expected = ground.expected;
+  on_device.prior = prior_of(rig_, config_.ground, ground.previous, frame.dt_s);
+  on_device.rows = {rows.offsets(), rows.is_identity() ? 1 : 0};
   perform(match_graphs_[is_given_ ? 1 : 0], [this] { enqueue_match(); });
   is_answer_fetched_ = is_lattice_taken_ = false;
 }
 
-void CudaStages::estimate_ground() {
+void CudaStages::fit_plane(const LevelFrame&) {
   perform(ground_graphs_[is_given_ ? 1 : 0], [this] { enqueue_ground(); });
   times_.mark(cuda_, StreamTimes::answered);
   is_answer_fetched_ = true;
@@ -125,56 +127,53 @@ void CudaStages::estimate_ground() {
 void CudaStages::fetch_answer() {
   enqueue_answer();
   times_.mark(cuda_, StreamTimes::answered);
-  is_answer_fetched_ = true;
+  is_at_work_ = is_answer_fetched_ = true;
   is_lattice_taken_ = false;
 }
 
-// The device may have matched again since the last download. Any thread may call this.
-void CudaStages::wait_for_answer() {
+// The device may have matched again since the last download.
+const HostMatches& CudaStages::read() {
   cuda_.use();
   if (!is_answer_fetched_) fetch_answer();
   times_.wait_for(StreamTimes::answered);
+  if (!is_lattice_taken_) scatter_lattice();
+  is_lattice_taken_ = true;
+  host_matches_.fit = {host_.answer().ground, host_.answer().is_lost != 0};
+  return host_matches_;
 }
 
-void CudaStages::set_ground(const Ground& ground) {
-  wait_for_answer();
+void CudaStages::put_ground(const Ground& ground) {
   host_.answer().ground = ground;
   upload(cuda_, &host_.answer().ground, 1, &device_.answer()->ground);
 }
 
+void CudaStages::put_relief(const Relief<Host>& relief) {
+  put(relief.rows, host_.relief.data());
+  upload(cuda_, host_.relief.data(), device_.rays.relief.size(), device_.rays.relief.data());
+}
+
 // The kernels read the rules from pinned memory; without GroundModel::terrain they are not launched.
-void CudaStages::set_rules(const TerrainRules& rules) {
-  if (are_grids_in_work_) synchronize();
-  if (device_.rays.relief.size() > 0) {
-    put(rules.relief.rows, host_.relief.data());
-    upload(cuda_, host_.relief.data(), device_.rays.relief.size(), device_.rays.relief.data());
+void CudaStages::observe(const LevelFrame&, const FrameGrids&, const Evidence& evidence, FrameResult&) {
+  cuda_.use();
+  if (is_at_work_) synchronize();
+  if (evidence.is_usable) {
+    put_ground(evidence.ground);
+    if (device_.rays.relief.size() > 0) put_relief(evidence.rules.relief);
+    put(evidence.rules.vehicle, host_.vehicle_rules.data());
+    put(evidence.rules.window, host_.window_rules.data());
+    *host_.blur_px.data() = evidence.blur_px;
   }
-  put(rules.vehicle, host_.vehicle_rules.data());
-  put(rules.window, host_.window_rules.data());
-  if (is_given_) {
-    split_surfaces();
-    fetch_answer();
-  }
+  std::copy(evidence.held.begin(), evidence.held.end(), host_.held.data());
+  *host_.held_count.data() = static_cast<int>(evidence.held.size());
+  Graph& graph{(evidence.is_usable ? observe_graphs_ : unknown_graphs_)[has_other_grids_ ? 1 : 0]};
+  perform(graph, [&] { enqueue_observation(evidence.is_usable); });
 }
 
-void CudaStages::set_blur(float blur_px) {
-  if (are_grids_in_work_) synchronize();
-  *host_.blur_px.data() = blur_px;
-}
-
-void CudaStages::observe(bool is_usable, std::span<const HeldCell> held) {
-  if (are_grids_in_work_) synchronize();
-  std::copy(held.begin(), held.end(), host_.held.data());
-  *host_.held_count.data() = static_cast<int>(held.size());
-  Graph& graph{(is_usable ? observe_graphs_ : unknown_graphs_)[has_other_grids_ ? 1 : 0]};
-  perform(graph, [this, is_usable] { enqueue_observation(is_usable); });
-  are_grids_in_work_ = true;
-}
-
-void CudaStages::filter(std::span<const VelocityEvidence> velocities) {
+void CudaStages::filter(const LevelFrame&, const FrameGrids& grids, std::span<const VelocityEvidence> velocities,
+                        FrameResult&) {
   std::copy(velocities.begin(), velocities.end(), host_.evidence.data());
   *host_.evidence_count.data() = static_cast<int>(velocities.size());
-  if (is_first_) reset(cuda_, device_.filter, &device_.frame()->motion, device_.states[1 - now_]);
+  if (grids.is_first) reset(cuda_, device_.filter, &device_.frame()->motion, device_.states[1 - now_]);
   perform(filter_graphs_[now_], [this] { enqueue_filter(); });
 }
 
@@ -294,23 +293,6 @@ void CudaStages::enqueue_filter() {
   times_.mark(cuda_, StreamTimes::fetched);
 }
 
-Ground CudaStages::ground() {
-  wait_for_answer();
-  return host_.answer().ground;
-}
-
-bool CudaStages::is_lost() {
-  wait_for_answer();
-  return host_.answer().is_lost != 0;
-}
-
-const Matches& CudaStages::matches_on_lattice() {
-  wait_for_answer();
-  if (!is_lattice_taken_) scatter_lattice();
-  is_lattice_taken_ = true;
-  return matches_;
-}
-
 void CudaStages::scatter_lattice() {
   const MatchLattice lattice{rig_.width_px, rig_.height_px};
   const float* disparity{host_.lattice()};
@@ -324,18 +306,8 @@ void CudaStages::scatter_lattice() {
   }
 }
 
-View<const float> CudaStages::obstacle_disparity() {
-  wait_for_answer();
-  return {host_.obstacle(), rig_.width_px, rig_.height_px, rig_.width_px};
-}
-
-View<const float> CudaStages::road_disparity() {
-  wait_for_answer();
-  return {host_.road(), rig_.width_px, rig_.height_px, rig_.width_px};
-}
-
-void CudaStages::finish() {
-  wait_for_answer();
+void CudaStages::publish(const LevelFrame&, FrameResult& result) {
+  read();
   synchronize();
   Stopwatch watch;
   const FrameFromDevice& answer{host_.answer()};
@@ -345,13 +317,13 @@ void CudaStages::finish() {
     matched.obstacle += part.obstacle;
     matched.road += part.road;
   }
-  result_->obstacle_density = matched.obstacle / pixels;
-  result_->road_density = matched.road / pixels;
-  result_->world.geometry = host_.frame().window;
-  PackedGrids{vehicle_grid_, window_cells_}.copy_to(host_.grids.data(), *result_);
-  if (options_.stage_images) device_.fetch_stages(cuda_, result_->stages);
-  result_->timing_ms = times_.stages();
-  result_->timing_ms.filter += watch.lap();
+  result.obstacle_density = matched.obstacle / pixels;
+  result.road_density = matched.road / pixels;
+  result.world.geometry = host_.frame().window;
+  PackedGrids{vehicle_grid_, window_cells_}.copy_to(host_.grids.data(), result);
+  if (options_.stage_images) device_.fetch_stages(cuda_, result.stages);
+  result.timing_ms = times_.stages();
+  result.timing_ms.filter += watch.lap();
   now_ = 1 - now_;
   window_before_ = host_.frame().window;
 }

@@ -20,38 +20,32 @@ class CudaStages final : public Stages {
   CudaStages(const Config& config, const Rig& level_rig, int device = 0, const StagesOptions& options = {});
   ~CudaStages() override;
 
-  void set_mask(const PixelMask& mask) override;
-  void begin(const LevelFrame& frame, const GridGeometry& window, bool is_first, FrameResult& result) override;
-  void match(const Ground& expected, const Ground& previous, const RowAlignment& rows) override;
-  void estimate_ground() override;
-  void set_ground(const Ground& ground) override;
-  void set_rules(const TerrainRules& rules) override;
-  void set_blur(float blur_px) override;
-  void observe(bool is_usable, std::span<const HeldCell> held) override;
-  void filter(std::span<const VelocityEvidence> velocities) override;
-  void finish() override;
-
-  [[nodiscard]] bool is_asynchronous() const override { return true; }
-  Ground ground() override;
-  bool is_lost() override;
-  const Matches& matches_on_lattice() override;
-  View<const float> obstacle_disparity() override;
-  View<const float> road_disparity() override;
+  void match(const LevelFrame& frame, const FrameGrids& grids, const RowAlignment& rows,
+             const MatchGround& ground) override;
+  void fit_plane(const LevelFrame& frame) override;
+  const HostMatches& read() override;
+  void observe(const LevelFrame& frame, const FrameGrids& grids, const Evidence& evidence,
+               FrameResult& result) override;
+  void filter(const LevelFrame& frame, const FrameGrids& grids, std::span<const VelocityEvidence> velocities,
+              FrameResult& result) override;
+  void publish(const LevelFrame& frame, FrameResult& result) override;
+  void exchange(StateArchive archive) override;
 
   /// Launches each kernel by itself from now on, not in graphs, and notifies `watch`.
   void go_without_graphs(LaunchWatch& watch) {
     cuda_.watch(&watch);
     has_graphs_ = false;
   }
-  [[nodiscard]] MemoryUse memory_use() const override;
-  void save(StateWriter& state) override;
-  void load(StateReader& state) override;
   /// Times of the last frame.
   [[nodiscard]] const StreamTimes& times() const { return times_; }
 
  private:
   [[nodiscard]] bool counts_rays() const { return config_.projection.model == ProjectionModel::rays; }
   void load_kernels();
+  void load_mask();
+  void put_frame(const LevelFrame& frame, const FrameGrids& grids);
+  void put_ground(const Ground& ground);
+  void put_relief(const Relief<Host>& relief);
   void synchronize();
   template <class Work>
   void perform(Graph& graph, const Work& work);
@@ -67,8 +61,9 @@ class CudaStages final : public Stages {
   void enqueue_filter();
   void scatter_lattice();
   void fetch_answer();
-  void wait_for_answer();
   void clear_masked();
+  void save(StateWriter& state);
+  void load(StateReader& state);
 
   const CudaBytes allocated_before_{cuda_bytes_allocated()};  // before the other members are
   Config config_;
@@ -77,23 +72,19 @@ class CudaStages final : public Stages {
   StreamTimes times_;
   StagesOptions options_;
   bool has_graphs_{true};
-  const PixelMask* mask_{nullptr};
   GridGeometry vehicle_grid_;
   int window_cells_;
   FilterTables filter_tables_;
   DeviceMemory device_;
   HostMemory host_;
-  Matches matches_;                                             ///< see matches_on_lattice
+  Matches matches_;  ///< see HostMatches::lattice
+  HostMatches host_matches_;
   CudaBytes held_{cuda_bytes_allocated() - allocated_before_};  // by the members so far
 
-  // result of a frame
-  FrameResult* result_{nullptr};
-  bool is_first_{true};
+  // data of a frame
   bool is_given_{false};           ///< external disparities
   bool has_other_grids_{false};    ///< this frame
-  double dt_s_{0};                 ///< since the frame before
   bool is_at_work_{false};         ///< since the last synchronize()
-  bool are_grids_in_work_{false};  ///< the device may be reading the host's grids
   bool is_answer_fetched_{false};  ///< the host's matches are those of the device
   bool is_lattice_taken_{false};
 

@@ -11,6 +11,11 @@
 
 namespace stereogrid {
 
+void CudaStages::exchange(StateArchive archive) {
+  if (StateWriter* const* const writer{std::get_if<StateWriter*>(&archive)}) return save(**writer);
+  load(*std::get<StateReader*>(archive));
+}
+
 void CudaStages::save(StateWriter& state) {
   cuda_.use();
   state(window_before_);

@@ -203,7 +203,7 @@ TEST_F(CudaLoading, LibraryOfTheSameSourcesBuiltOtherwise) {
 
 TEST_F(CudaLoading, LibraryWithoutItsFunction) {
   use_library(OTHER_FUNCTION);
-  EXPECT_THAT(complaint(), HasSubstr("has no function stereogrid_cuda_library_3"));
+  EXPECT_THAT(complaint(), HasSubstr("has no function stereogrid_cuda_library_4"));
 }
 
 TEST_F(CudaLoading, NoDevice) {

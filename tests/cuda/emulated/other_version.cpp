@@ -6,11 +6,11 @@
 #include "pipeline/cuda_library.hpp"
 
 #if defined OTHER_SOURCES
-#define FUNCTION stereogrid_cuda_library_3
+#define FUNCTION stereogrid_cuda_library_4
 #define BUILD "0.0.1+0123"
 #define SIZES stereogrid::interface_sizes()
 #elif defined OTHER_SIZES
-#define FUNCTION stereogrid_cuda_library_3
+#define FUNCTION stereogrid_cuda_library_4
 #define BUILD stereogrid::build_id().data()
 #define SIZES (stereogrid::interface_sizes() + 1)
 #elif defined OTHER_FUNCTION

@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <optional>
+
+#include "ground/ground_estimator.hpp"
+#include "held_bytes.hpp"
+#include "images/row_alignment/row_alignment.hpp"
+#include "motion/scene_flow.hpp"
+#include "obstacles/segmentation/near_obstacles.hpp"
+#include "obstacles/tracking/tracking.hpp"
+#include "pipeline/results.hpp"
+#include "terrain/frame_terrain.hpp"
+
+namespace stereogrid {
+
+/// All that crosses frames, but for the state of the filter, which lies where the stages work: saved, loaded, reset and
+/// counted as one.
+struct FrameState {
+  FrameState(const Config& config, const Rig& level_rig, const GroundEstimator& estimator, int window_cells)
+      : ground{estimator.initial()},
+        alignment{level_rig},
+        scene_flow{level_rig},
+        near{level_rig, config.matching, window_cells},
+        tracker{config.tracking, level_rig} {
+    if (config.ground.model == GroundModel::terrain)
+      terrain.emplace(level_rig, config, vehicle_grid_of(config.grid), window_cells);
+  }
+
+  /// Makes the next frame a first one. Ids of obstacles continue, confirmed extrinsics remain confirmed.
+  void reset(const Rig& level_rig, const GroundEstimator& estimator) {
+    is_first = true;
+    estimator.restart(ground);
+    alignment = RowAlignment{level_rig};
+    scene_flow = SceneFlow{level_rig};
+    tracker.reset();
+    near.clear();
+    if (terrain) terrain->reset();
+  }
+
+  template <class State>
+  void exchange(State& state) {
+    state(is_first, ground, alignment, scene_flow, tracker, near);
+    if (terrain) state(*terrain);
+  }
+
+  [[nodiscard]] std::size_t held_bytes() const {
+    return held_bytes_of(ground, alignment, scene_flow, tracker, near) + (terrain ? held_bytes_of(*terrain) : 0);
+  }
+
+  bool is_first{true};
+  GroundState ground;
+  RowAlignment alignment;
+  SceneFlow scene_flow;
+  NearObstacles near;
+  Tracker tracker;
+  std::optional<FrameTerrain> terrain{};  ///< GroundModel::terrain
+};
+
+}  // namespace stereogrid
