@@ -55,7 +55,7 @@ void check_image(const char* which, const View<const Pixel>& image, const Rig& r
            "The calibration is of " + size(rig.width_px, rig.height_px) + ".");
   }
   if (image.data == nullptr) refuse("a size, but no pixels.", "Give the address of its first one.");
-  if (image.pitch < image.width && image.pitch > -image.width) {
+  if (image.pitch > -image.width && image.pitch < image.width) {
     refuse("rows that overlap: pitch " + std::to_string(image.pitch) + " (allowed " + std::to_string(image.width) +
                " and more).",
            "The pitch counts elements from row to row; images stored upside down have a negative one.");
