@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "ground/model.hpp"
+#include "geometry/road_plane.hpp"
 #include "stereogrid/camera.hpp"
 #include "stereogrid/io/calibration.hpp"
 #include "stereogrid/io/scan.hpp"

@@ -12,6 +12,7 @@
 #include "filter/joint/evidence.hpp"
 #include "filter/joint/moving_blocks.hpp"
 #include "filter/model.hpp"
+#include "geometry/window.hpp"
 #include "held_bytes.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/frame.hpp"
@@ -41,25 +42,6 @@ struct FilterTables {
   float each_moving;              ///< see FilterStep
   MovingFrom moving_from;         ///< likewise
 };
-
-/// World-aligned window that covers a vehicle-frame grid in every heading. Its origin is a whole number of cells.
-class Window {
- public:
-  explicit Window(const GridGeometry& vehicle_grid);
-
-  /// Number of cells along a side.
-  [[nodiscard]] int cells() const { return cells_; }
-  /// Geometry of the window for a pose of the car.
-  [[nodiscard]] GridGeometry at(const Pose2& world_from_vehicle) const;
-
- private:
-  double cell_size_m_;
-  double ahead_m_;
-  double aside_m_;
-  int cells_;
-};
-
-Scroll scroll_between(const GridGeometry& before, const GridGeometry& now);
 
 /// Working memory of a step on the CPU: what prediction reads of the step before.
 struct FilterSpace {

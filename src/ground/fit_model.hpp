@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "clamped_to_int.hpp"
-#include "ground/model.hpp"
+#include "geometry/road_plane.hpp"
 #include "stereogrid/config.hpp"
 
 namespace stereogrid {

@@ -11,9 +11,9 @@
 #include <numbers>
 
 #include "clamped_to_int.hpp"
+#include "geometry/match_lattice.hpp"
 #include "ground/extrinsics_search.hpp"
 #include "ground/fit.hpp"
-#include "matching/match_lattice.hpp"
 
 namespace stereogrid {
 namespace {

@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "geometry/matches.hpp"
 #include "ground/ground.hpp"
 #include "held_bytes.hpp"
-#include "matching/matches.hpp"
 #include "stereogrid/exposure.hpp"
 #include "stereogrid/result.hpp"
 

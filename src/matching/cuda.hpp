@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "backend/cuda.hpp"
-#include "ground/model.hpp"
+#include "geometry/road_plane.hpp"
 #include "matching/checks/external.hpp"
 #include "matching/checks/mask.hpp"
 #include "matching/matching.hpp"

@@ -5,13 +5,13 @@
 #include <cstdint>
 #include <vector>
 
-#include "ground/model.hpp"
+#include "geometry/matches.hpp"
+#include "geometry/road_plane.hpp"
 #include "held_bytes.hpp"
 #include "matching/checks/candidates.hpp"
 #include "matching/checks/classify_simd.hpp"
 #include "matching/checks/speckles.hpp"
 #include "matching/checks/texture_simd.hpp"
-#include "matching/matches.hpp"
 #include "matching/model.hpp"
 #include "matching/padded.hpp"
 #include "stereogrid/config.hpp"

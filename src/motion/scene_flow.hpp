@@ -8,12 +8,12 @@
 #include <optional>
 #include <vector>
 
+#include "geometry/match_lattice.hpp"
+#include "geometry/matches.hpp"
 #include "held_bytes.hpp"
 #include "images/patch.hpp"
 #include "images/row_alignment/model.hpp"
 #include "images/smoothing.hpp"
-#include "matching/match_lattice.hpp"
-#include "matching/matches.hpp"
 #include "motion/symmetric2.hpp"
 #include "stereogrid/camera.hpp"
 #include "stereogrid/frame.hpp"

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <utility>
 
-#include "filter/filter.hpp"
+#include "geometry/window.hpp"
 
 namespace stereogrid {
 namespace {

@@ -6,7 +6,7 @@
 #include <array>
 #include <cstddef>
 
-#include "ground/relief.hpp"
+#include "geometry/relief.hpp"
 
 namespace stereogrid::plain {
 

@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "ground/relief.hpp"
+#include "geometry/relief.hpp"
 #include "terrain/medians.hpp"
 
 HWY_BEFORE_NAMESPACE();

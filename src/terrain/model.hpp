@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "ground/model.hpp"
+#include "geometry/road_plane.hpp"
 #include "stereogrid/camera.hpp"
 
 namespace stereogrid {

@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "observation/projection/model.hpp"
+#include "geometry/grid_in_vehicle.hpp"
 
 namespace stereogrid {
 

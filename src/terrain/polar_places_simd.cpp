@@ -8,7 +8,7 @@
 #include "hwy/highway.h"
 #include "numbers_simd.hpp"
 
-#include "ground/relief.hpp"
+#include "geometry/relief.hpp"
 #include "terrain/polar_places.hpp"
 
 HWY_BEFORE_NAMESPACE();

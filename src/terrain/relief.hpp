@@ -7,7 +7,7 @@
 #include <limits>
 #include <vector>
 
-#include "ground/relief.hpp"
+#include "geometry/relief.hpp"
 #include "held_bytes.hpp"
 #include "terrain/walk.hpp"
 

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <cstring>
 
-#include "ground/relief.hpp"
+#include "geometry/relief.hpp"
 #include "host_device.hpp"
 #include "numbers.hpp"
 #include "stereogrid/grid.hpp"

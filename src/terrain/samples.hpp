@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "ground/relief.hpp"
+#include "geometry/relief.hpp"
 #include "held_bytes.hpp"
 #include "stereogrid/image.hpp"
 #include "terrain/model.hpp"

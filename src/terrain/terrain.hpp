@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "geometry/grid_in_vehicle.hpp"
 #include "held_bytes.hpp"
-#include "observation/projection/model.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/image.hpp"
 #include "terrain/polar_places.hpp"

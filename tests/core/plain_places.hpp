@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "ground/relief.hpp"
+#include "geometry/relief.hpp"
 #include "terrain/polar_places.hpp"
 
 namespace stereogrid::test {

@@ -7,7 +7,7 @@
 
 #include "filter/model.hpp"
 #include "fusion/model.hpp"
-#include "ground/model.hpp"
+#include "geometry/road_plane.hpp"
 #include "images/row_alignment/model.hpp"
 #include "matching/model.hpp"
 #include "observation/projection/model.hpp"

@@ -7,16 +7,11 @@
 #include <vector>
 
 #include "filter/joint/even_model.hpp"
+#include "geometry/window.hpp"
 #include "held_bytes.hpp"
 #include "unset_allocator.hpp"
 
 namespace stereogrid {
-
-/// Whole cells by which the window has moved since the step before.
-struct Scroll {
-  int x;
-  int y;
-};
 
 /// Maximum number of blocks with masses.
 constexpr int moving_blocks_max{512};

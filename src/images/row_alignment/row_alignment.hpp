@@ -6,11 +6,11 @@
 #include <cstdint>
 #include <vector>
 
-#include "ground/model.hpp"
+#include "geometry/match_lattice.hpp"
+#include "geometry/matches.hpp"
+#include "geometry/road_plane.hpp"
 #include "held_bytes.hpp"
 #include "images/row_alignment/model.hpp"
-#include "matching/match_lattice.hpp"
-#include "matching/matches.hpp"
 #include "stereogrid/camera.hpp"
 #include "stereogrid/image.hpp"
 

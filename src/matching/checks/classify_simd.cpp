@@ -5,9 +5,9 @@
 #define HWY_TARGET_INCLUDE "matching/checks/classify_simd.cpp"  // NOLINT
 #include "hwy/foreach_target.h"                                 // IWYU pragma: keep
 // after foreach_target
+#include "geometry/matches.hpp"
 #include "hwy/highway.h"
 #include "matching/checks/classify_simd.hpp"
-#include "matching/matches.hpp"
 #include "numbers_simd.hpp"
 
 #include <algorithm>

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "ground/model.hpp"
-#include "ground/relief.hpp"
+#include "geometry/relief.hpp"
+#include "geometry/road_plane.hpp"
 #include "host_device.hpp"
 #include "matching/matching.hpp"
 #include "numbers.hpp"

@@ -5,8 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "geometry/matches.hpp"
 #include "held_bytes.hpp"
-#include "matching/matches.hpp"
 #include "stereogrid/image.hpp"
 #include "stereogrid/level_mapping.hpp"
 

@@ -7,8 +7,8 @@
 #include <memory>
 #include <vector>
 
+#include "geometry/matches.hpp"
 #include "held_bytes.hpp"
-#include "matching/matches.hpp"
 #include "matching/surfaces_simd.hpp"
 
 namespace stereogrid {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "matching/match_lattice.hpp"
+#include "geometry/match_lattice.hpp"
 #include "observation/rays/rays.hpp"
 
 namespace stereogrid {

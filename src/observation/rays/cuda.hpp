@@ -3,7 +3,7 @@
 #pragma once
 
 #include "backend/cuda.hpp"
-#include "ground/relief.hpp"
+#include "geometry/relief.hpp"
 #include "matching/cuda.hpp"
 #include "observation/rays/model.hpp"
 #include "stereogrid/config.hpp"

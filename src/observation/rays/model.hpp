@@ -6,9 +6,9 @@
 #include <cstdint>
 
 #include "clamped_to_int.hpp"
-#include "ground/model.hpp"
+#include "geometry/matches.hpp"
+#include "geometry/road_plane.hpp"
 #include "host_device.hpp"
-#include "matching/matches.hpp"
 #include "numbers.hpp"
 #include "observation/projection/model.hpp"
 #include "observation/rays/weights.hpp"

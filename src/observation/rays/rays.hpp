@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "ground/relief.hpp"
+#include "geometry/matches.hpp"
+#include "geometry/relief.hpp"
 #include "held_bytes.hpp"
-#include "matching/matches.hpp"
 #include "observation/rays/model.hpp"
 #include "stereogrid/config.hpp"
 

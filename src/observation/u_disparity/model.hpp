@@ -6,7 +6,7 @@
 #include <cstdint>
 
 #include "clamped_to_int.hpp"
-#include "ground/model.hpp"
+#include "geometry/road_plane.hpp"
 #include "host_device.hpp"
 #include "numbers.hpp"
 

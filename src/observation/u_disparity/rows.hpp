@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "ground/model.hpp"
+#include "geometry/road_plane.hpp"
 #include "held_bytes.hpp"
 #include "observation/u_disparity/model.hpp"
 #include "stereogrid/config.hpp"

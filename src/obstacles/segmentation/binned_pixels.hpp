@@ -5,7 +5,7 @@
 #include <array>
 #include <cstddef>
 
-#include "ground/relief.hpp"
+#include "geometry/relief.hpp"
 #include "obstacles/segmentation/segments.hpp"
 #include "obstacles/segmentation/upright_row.hpp"
 

@@ -8,8 +8,8 @@
 #include <tuple>
 
 #include "clamped_to_int.hpp"
-#include "ground/model.hpp"
-#include "matching/match_lattice.hpp"
+#include "geometry/match_lattice.hpp"
+#include "geometry/road_plane.hpp"
 
 namespace stereogrid {
 namespace {

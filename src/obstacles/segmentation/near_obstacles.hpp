@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "filter/held_cell.hpp"
+#include "geometry/road_plane.hpp"
 #include "ground/frame_validator.hpp"
-#include "ground/model.hpp"
 #include "held_bytes.hpp"
 #include "obstacles/tracking/tracking.hpp"
 #include "stereogrid/camera.hpp"

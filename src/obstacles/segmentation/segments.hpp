@@ -8,8 +8,8 @@
 #include <span>
 #include <vector>
 
-#include "ground/model.hpp"
-#include "ground/relief.hpp"
+#include "geometry/relief.hpp"
+#include "geometry/road_plane.hpp"
 #include "held_bytes.hpp"
 #include "obstacles/segmentation/upright_row.hpp"
 #include "stereogrid/camera.hpp"

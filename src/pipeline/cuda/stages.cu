@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "matching/match_lattice.hpp"
+#include "geometry/match_lattice.hpp"
 #include "pipeline/results.hpp"
 #include "pipeline/stopwatch.hpp"
 

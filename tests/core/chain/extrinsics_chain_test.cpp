@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "chain_run.hpp"
-#include "ground/model.hpp"
+#include "geometry/road_plane.hpp"
 #include "matching/matching.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/level_mapping.hpp"

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "ground/relief.hpp"
+#include "geometry/relief.hpp"
 #include "targets.hpp"
 #include "terrain/medians.hpp"
 

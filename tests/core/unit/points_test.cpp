@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "ground/model.hpp"
+#include "geometry/road_plane.hpp"
 #include "stereogrid/error.hpp"
 #include "support.hpp"
 

@@ -9,8 +9,8 @@
 #include <cmath>
 #include <vector>
 
+#include "geometry/match_lattice.hpp"
 #include "ground/fit.hpp"
-#include "matching/match_lattice.hpp"
 
 namespace stereogrid::test {
 namespace {

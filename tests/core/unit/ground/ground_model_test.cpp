@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
+#include "geometry/road_plane.hpp"
 #include "ground/fit_model.hpp"
-#include "ground/model.hpp"
 
 #include <gtest/gtest.h>
 

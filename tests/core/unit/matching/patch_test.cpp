@@ -6,8 +6,8 @@
 
 #include <cmath>
 
+#include "geometry/match_lattice.hpp"
 #include "images/patch_formulas.hpp"
-#include "matching/match_lattice.hpp"
 #include "support.hpp"
 
 namespace stereogrid::test {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "ground/matrix3.hpp"
+#include "geometry/matrix3.hpp"
 #include "host_device.hpp"
 #include "stereogrid/camera.hpp"
 
