@@ -64,7 +64,7 @@ def count_rays(stages, frame: dict, rig: dict, heights: tuple) -> dict:
         return np.bincount(k * columns + column[chosen], minlength=(bins + 1) * columns).reshape(-1, columns)[:bins]
 
     arriving = np.pad(histogram(disparity > 0, np.maximum(disparity, first)).cumsum(0), ((1, 0), (0, 0)))
-    ambiguous = (obstacle == 0) & np.signbit(obstacle)
+    ambiguous = stages["ambiguous"] != 0
     bin_of_road = np.minimum(first * BINS_PER_PX, bins).astype(int)
     for u in np.flatnonzero(np.count_nonzero(ambiguous, 0)):
         arriving[:opaque_bins(ambiguous[:, u], drop[:, u], bin_of_road[:, u], height - heights[0]), u] = 0

@@ -21,6 +21,7 @@ struct StageImages {
   Image<float> obstacle_disparity;   ///< (H, W) px, 0 = none
   Image<float> road_disparity;       ///< (H, W) px, 0 = none
   Image<float> match_confidence;     ///< (H, W) probability that the disparity is right to a pixel, 0 = none
+  Image<std::uint8_t> ambiguous;     ///< (H, W) 1: a textured obstacle pixel whose match is not unique, else 0
   std::vector<int> possible;         ///< (D) N_P, eq. 10
   Image<std::uint16_t> visible;      ///< (D, W) N_V, eq. 11
   Image<std::uint16_t> observed;     ///< (D, W) N_O

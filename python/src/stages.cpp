@@ -23,6 +23,8 @@ void bind_stages(nb::module_& module) {
   bind_image(stages, "road_disparity", &StageImages::road_disparity, "(H, W) px, 0 = none.");
   bind_image(stages, "match_confidence", &StageImages::match_confidence,
              "(H, W) probability that the disparity is right to a pixel, 0 = none.");
+  bind_image(stages, "ambiguous", &StageImages::ambiguous,
+             "(H, W) 1: a textured obstacle pixel whose match is not unique, else 0.");
   stages.def_prop_ro(
       "possible",
       [](nb::handle self) {

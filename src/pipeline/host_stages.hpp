@@ -107,7 +107,7 @@ class HostStages final : public Stages {
     if (options_.predictions) predict(frame.world_from_vehicle, result);
     const auto obstacles = [&] {
       result.obstacle_density = share_matched(matches.obstacle);
-      if (options_.stage_images) result.stages.obstacle_disparity = matches.obstacle;
+      if (options_.stage_images) set_obstacles(matches.obstacle.view(), result.stages);
     };
     const auto road = [&] {
       result.road_density = share_matched(matches.road);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "filter/filter.hpp"
+#include "geometry/matches.hpp"
 #include "obstacles/tracking/tracking.hpp"
 
 namespace stereogrid {
@@ -36,6 +37,7 @@ void make_room(const Config& config, const Rig& rig, StageImages& stages) {
   for (Image<float>* image : {&stages.obstacle_disparity, &stages.road_disparity, &stages.match_confidence}) {
     make_room(rig.width_px, rig.height_px, *image);
   }
+  make_room(rig.width_px, rig.height_px, stages.ambiguous);
   stages.possible.resize(static_cast<std::size_t>(bins));
   for (Image<std::uint16_t>* image : {&stages.visible, &stages.observed}) make_room(rig.width_px, bins, *image);
   for (Image<float>* image : {&stages.visibility, &stages.obstacle_confidence, &stages.road_confidence,
@@ -66,6 +68,18 @@ void make_room(const Config& config, const std::vector<double>& horizons_s, Fram
   result.status.reserve(names_of(FrameStatus{}).size());
 }
 
+void set_obstacles(View<const float> matched, StageImages& stages) {
+  for (int v{0}; v < matched.height; ++v) {
+    const float* const from{matched.row(v)};
+    float* const disparity{stages.obstacle_disparity.row(v)};
+    std::uint8_t* const ambiguous{stages.ambiguous.row(v)};
+    for (int u{0}; u < matched.width; ++u) {
+      ambiguous[u] = is_ambiguous(from[u]) ? 1 : 0;
+      disparity[u] = from[u] + 0.0f;  // without the sign of ambiguous_px
+    }
+  }
+}
+
 FrameResult empty_result(const Config& config, const Rig& rig) {
   FrameResult result;
   make_room(config, {}, result);
@@ -79,8 +93,8 @@ std::size_t held_bytes(const GridLayers& layers) {
 }
 
 std::size_t held_bytes(const StageImages& stages) {
-  return held_bytes_of(stages.obstacle_disparity, stages.road_disparity, stages.match_confidence, stages.possible,
-                       stages.visible, stages.observed, stages.visibility, stages.obstacle_confidence,
+  return held_bytes_of(stages.obstacle_disparity, stages.road_disparity, stages.match_confidence, stages.ambiguous,
+                       stages.possible, stages.visible, stages.observed, stages.visibility, stages.obstacle_confidence,
                        stages.road_confidence, stages.occupancy, stages.occupancy_smooth);
 }
 

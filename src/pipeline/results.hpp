@@ -18,6 +18,9 @@ void make_room(const Config& config, const Rig& level_rig, StageImages& stages);
 /// The same for grids and predictions.
 void make_room(const Config& config, const std::vector<double>& horizons_s, FrameResult& result);
 
+/// Obstacle disparities of a frame, and which of their pixels are ambiguous. `matched` may be the result's own image.
+void set_obstacles(View<const float> matched, StageImages& stages);
+
 /// A result with all its images allocated, without predictions.
 FrameResult empty_result(const Config& config, const Rig& level_rig);
 

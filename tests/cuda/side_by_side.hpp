@@ -57,6 +57,7 @@ inline void compare(const StageImages& gpu, const StageImages& law) {
   CHECK_EQUAL(differences(gpu.obstacle_disparity, law.obstacle_disparity), 0);
   CHECK_EQUAL(differences(gpu.road_disparity, law.road_disparity), 0);
   CHECK_EQUAL(differences(gpu.match_confidence, law.match_confidence), 0);
+  CHECK_EQUAL(differences(gpu.ambiguous, law.ambiguous), 0);
   CHECK(gpu.possible == law.possible);
   CHECK_EQUAL(differences(gpu.visible, law.visible), 0);
   CHECK_EQUAL(differences(gpu.observed, law.observed), 0);

@@ -146,10 +146,11 @@ void write_predictions(const std::filesystem::path& path, const FrameResult& res
 }
 
 void write_stages(const std::filesystem::path& path, const StageImages& stages) {
-  const std::array<NpzArray, 11> arrays{
+  const std::array<NpzArray, 12> arrays{
       NpzArray{"obstacle_disparity", stages.obstacle_disparity},
       NpzArray{"road_disparity", stages.road_disparity},
       NpzArray{"match_confidence", stages.match_confidence},
+      NpzArray{"ambiguous", stages.ambiguous},
       NpzArray{"possible", {stages.possible.size()}, stages.possible},
       NpzArray{"visible", stages.visible},
       NpzArray{"observed_pixels", stages.observed},

@@ -321,7 +321,10 @@ void CudaStages::publish(const LevelFrame&, FrameResult& result) {
   result.road_density = matched.road / pixels;
   result.world.geometry = host_.frame().window;
   PackedGrids{vehicle_grid_, window_cells_}.copy_to(host_.grids.data(), result);
-  if (options_.stage_images) device_.fetch_stages(cuda_, result.stages);
+  if (options_.stage_images) {
+    device_.fetch_stages(cuda_, result.stages);
+    set_obstacles(std::as_const(result.stages.obstacle_disparity).view(), result.stages);
+  }
   result.timing_ms = times_.stages();
   result.timing_ms.filter += watch.lap();
   now_ = 1 - now_;

@@ -200,6 +200,7 @@ TEST_F(RunFiles, StagesHaveTheirShapes) {
   expect_array(arrays, "obstacle_disparity", io::DType::float32, {100, 160});
   expect_array(arrays, "road_disparity", io::DType::float32, {100, 160});
   expect_array(arrays, "match_confidence", io::DType::float32, {100, 160});
+  expect_array(arrays, "ambiguous", io::DType::uint8, {100, 160});
   expect_array(arrays, "possible", io::DType::int32, {48});
   expect_array(arrays, "visible", io::DType::uint16, {48, 160});
   expect_array(arrays, "observed_pixels", io::DType::uint16, {48, 160});
