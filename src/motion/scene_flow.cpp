@@ -5,11 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <limits>
 #include <utility>
 
 #include "clamped_to_int.hpp"
-#include "motion/scaled_patch.hpp"
+#include "motion/patch_search.hpp"
 
 namespace stereogrid {
 namespace {
@@ -39,9 +38,6 @@ constexpr double speed_max_mps{45};
 constexpr double searched_speed_mps{10};
 constexpr int searched_columns_max{80};
 constexpr int searched_rows{4};
-/// A place counts as found if no other one, further away than this, fits nearly as well.
-constexpr int same_place_px{4};
-constexpr double clearly_best{0.8};
 /// Maximum deviation of a row from the pair's epipolar alignment.
 constexpr float row_error_max_px{1};
 
@@ -50,26 +46,6 @@ using Grey = View<const std::uint8_t>;
 // The first pixel of a lattice at or after `from`.
 int lattice_pixel(int from, int first, int step) {
   return from <= first ? first : first + (from - first + step - 1) / step * step;
-}
-
-int rounded(float value) {
-  return clamped_to_int(std::round(value));
-}
-
-bool holds_patch(const Grey& image, int u, int v) {
-  return u >= patch_reach_u && u + patch_reach_u <= image.width && v >= patch_reach_v &&
-         v + patch_reach_v < image.height;
-}
-
-// Sum of absolute differences of two patches.
-int difference(const Grey& first, int u1, int v1, const Grey& second, int u2, int v2) {
-  int sum{0};
-  for (int j{-patch_reach_v}; j <= patch_reach_v; ++j) {
-    const std::uint8_t* a{first.row(v1 + j) + u1 - patch_reach_u};
-    const std::uint8_t* b{second.row(v2 + j) + u2 - patch_reach_u};
-    for (int i{0}; i < patch_columns; ++i) sum += std::abs(a[i] - b[i]);
-  }
-  return sum;
 }
 
 // Sum of grey level changes along some rows of a patch: a first, cheap test.
@@ -118,31 +94,6 @@ std::optional<float> disparity_around(View<const float> disparity, Place place) 
   const float median{*middle};
   const auto near = std::count_if(values.begin(), end, [&](float d) { return std::abs(d - median) < same_surface_px; });
   return static_cast<std::size_t>(near) >= least ? std::optional{median} : std::nullopt;
-}
-
-// Place around `expected` at which the patch fits best and clearly better than elsewhere, to two pixels.
-std::optional<Place> searched(const ScaledPatch& patch, const Grey& image, Place expected, int columns, int rows) {
-  int best{std::numeric_limits<int>::max()};
-  int other{best};
-  Place place;
-  int best_u{0};
-  for (int v{rounded(expected.v) - rows}; v <= rounded(expected.v) + rows; v += 2) {
-    for (int u{rounded(expected.u) - columns}; u <= rounded(expected.u) + columns; u += 2) {
-      if (!holds_patch(image, u, v)) continue;
-      const int now{difference(patch.grey(), ScaledPatch::centre_u, ScaledPatch::centre_v, image, u, v)};
-      const bool is_elsewhere{std::abs(u - best_u) > same_place_px};
-      if (now < best) {
-        if (is_elsewhere) other = best;
-        best = now;
-        best_u = u;
-        place = {static_cast<float>(u), static_cast<float>(v)};
-      } else if (is_elsewhere && now < other) {
-        other = now;
-      }
-    }
-  }
-  if (best > clearly_best * other) return std::nullopt;
-  return place;
 }
 
 }  // namespace
