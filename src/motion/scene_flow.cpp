@@ -106,6 +106,7 @@ SceneFlow::SceneFlow(const Rig& rig)
       left_before_{rig.width_px, rig.height_px},
       left_{rig.width_px, rig.height_px},
       right_{rig.width_px, rig.height_px},
+      ego_error_{rig, 2 * static_cast<std::size_t>(blocks_across_) * static_cast<std::size_t>(blocks_down_)},
       is_taken_(static_cast<std::size_t>(blocks_across_) * static_cast<std::size_t>(blocks_down_)),
       candidates_(is_taken_.size()) {
   points_.reserve(points_reserved());
@@ -201,14 +202,18 @@ FlowVector SceneFlow::vector_of(const Point& point, const FlowFrame& frame) cons
   };
   const Symmetric2 covariance{product(ray.x * ray.x, side.x * side.x), product(ray.x * ray.y, side.x * side.y),
                               product(ray.y * ray.y, side.y * side.y)};
-  return {point.latest[0].place, covariance, point.velocity,
-          widened(1 / point.spread_s2 * covariance, velocity_floor_mps * velocity_floor_mps)};
+  return {point.latest[0].place,
+          covariance,
+          point.velocity,
+          widened(1 / point.spread_s2 * covariance, velocity_floor_mps * velocity_floor_mps),
+          {}};
 }
 
 void SceneFlow::collect(const FlowFrame& frame) {
   std::erase_if(points_, [](const Point& point) { return point.is_lost; });
   vectors_.clear();
   for (const Point& point : points_) vectors_.push_back(vector_of(point, frame));
+  ego_error_.correct({frame.world_from_vehicle.x_m, frame.world_from_vehicle.y_m}, frame.dt_s, vectors_);
 }
 
 void SceneFlow::clear() {

@@ -14,20 +14,13 @@
 #include "images/patch.hpp"
 #include "images/row_alignment/model.hpp"
 #include "images/smoothing.hpp"
+#include "motion/ego_error.hpp"
 #include "motion/symmetric2.hpp"
 #include "stereogrid/camera.hpp"
 #include "stereogrid/frame.hpp"
 #include "stereogrid/image.hpp"
 
 namespace stereogrid {
-
-/// Velocity of an obstacle's point over the ground. World axes.
-struct FlowVector {
-  Point2 place;
-  Symmetric2 place_covariance;  ///< m²
-  Point2 velocity;
-  Symmetric2 velocity_covariance;  ///< m²/s²
-};
 
 /// A patch resampled for another distance, cut out of an image of its surroundings.
 class ScaledPatch;
@@ -88,12 +81,12 @@ class SceneFlow {
   [[nodiscard]] std::size_t points_reserved() const { return 2 * candidates_.size(); }
 
   [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(left_before_, left_, right_, points_, vectors_, is_taken_, candidates_);
+    return held_bytes_of(left_before_, left_, right_, points_, vectors_, ego_error_, is_taken_, candidates_);
   }
 
   template <class State>
   void exchange(State& state) {
-    state(now_s_, left_before_, points_);
+    state(now_s_, left_before_, points_, ego_error_);
   }
 
  private:
@@ -145,6 +138,7 @@ class SceneFlow {
   Image<std::uint8_t> right_;
   std::vector<Point> points_;
   std::vector<FlowVector> vectors_;
+  EgoError ego_error_;
   std::vector<std::uint8_t> is_taken_;            ///< by block: contains a point
   std::vector<std::optional<Point>> candidates_;  ///< by block
 };

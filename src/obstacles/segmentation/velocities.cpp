@@ -86,13 +86,15 @@ void measure(const std::vector<FlowVector>& vectors, Followed followed, const Ri
   if (agreeing < points_min) return;
   cluster.velocity = sum.mean();
   const Symmetric2 of_points{inverted(sum.information)};
-  cluster.velocity_covariance = covariance_of_mean(of_points, agreeing, place, drift_pxps * per_px * distance_m);
+  cluster.velocity_covariance = covariance_of_mean(of_points, agreeing, place, drift_pxps * per_px * distance_m) +
+                                vectors[followed[0].vector].common_covariance;
 }
 
 // Squared Mahalanobis distance of a point's velocity from another.
 double distance(const FlowVector& vector, Point2 velocity) {
-  constexpr double common_sigma_mps{0.2};  // common to all features: error of the poses
-  const Symmetric2 covariance{widened(vector.velocity_covariance, common_sigma_mps * common_sigma_mps)};
+  constexpr double common_sigma_mps{0.2};  // features of a rigid object do not agree better
+  const Symmetric2 own{widened(vector.velocity_covariance, common_sigma_mps * common_sigma_mps)};
+  const Symmetric2 covariance{own + vector.common_covariance};
   return squared(inverted(covariance), {vector.velocity.x - velocity.x, vector.velocity.y - velocity.y});
 }
 

@@ -41,6 +41,21 @@ TEST(ClusterVelocities, AreThoseOfTheirPoints) {
   EXPECT_NEAR(world.clusters[world.second].velocity.x, -2, 0.01) << "points beside their cluster";
 }
 
+// Features do not average out an error of the ego-motion: here σ is 0.8 m/s of 1.2 m/s.
+TEST(ClusterVelocities, ContainTheErrorOfTheEgoMotion) {
+  TwoClusters world;
+  std::vector<FlowVector> vectors(20, vector_at({8, 1.4}, {1.2, 0}));
+  measure_velocities(vectors, {}, world.space);
+  const Cluster before{world.clusters[world.first]};
+  for (FlowVector& vector : vectors) vector.common_covariance = {0.8 * 0.8, 0, 0};
+  measure_velocities(vectors, {}, world.space);
+  const Cluster& after{world.clusters[world.first]};
+  EXPECT_NEAR(after.velocity_covariance.xx - before.velocity_covariance.xx, 0.8 * 0.8, 1e-9);
+  EXPECT_EQ(after.velocity_covariance.yy, before.velocity_covariance.yy);
+  EXPECT_GT(squared(inverted(before.velocity_covariance), before.velocity), 4) << "significant without it";
+  EXPECT_LT(squared(inverted(after.velocity_covariance), after.velocity), 4);
+}
+
 // Along the ray to the first point and across it: lateral velocity is far more accurate.
 TEST(ClusterVelocities, AreSurerAcrossTheRay) {
   const double distance_m{std::hypot(8, 1.2)};
