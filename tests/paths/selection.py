@@ -17,7 +17,9 @@ def all_rows(devices: "set[str]", has_python: bool) -> "list[Row]":
     rows = [Row(*entries) for entries in product(SCENES, SOURCES, DEVICES, PRESETS, EXTRINSICS, POSES)]
     rows = [row for row in rows if row.device in devices and row.extrinsics in SOURCES[row.source].extrinsics and
             (has_python or SOURCES[row.source].command != "python") and
-            not (row.source == "folder" and row.device == "cpu")]
+            not (row.source == "folder" and row.device == "cpu") and
+            # --frames keeps the world of the scene, a folder without its first frames begins a new one
+            not (row.source == "scene" and SCENES[row.scene].first and row.poses == "file")]
     random.Random(1).shuffle(rows)
     return rows
 

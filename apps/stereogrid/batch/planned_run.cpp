@@ -73,7 +73,6 @@ RunOptions run_options(const Plan& plan, const Shard& shard, const fs::path& fol
   options.folder = folder.string();
   options.frames = fmt::format("{}:{}", shard.first, shard.end - 1);
   options.warm_up = static_cast<int>(shard.warm_up);
-  options.world_of_input = true;
   options.resume = true;
   options.checkpoint_every = frames_between_checkpoints;
   return options;

@@ -70,7 +70,10 @@ void add_run_command(CLI::App& tool, int& exit_code) {
       ->required();
   add_config_options(*command, options->config);
   add_result_options(*command, *options);
-  command->add_option("--frames", options->frames, frame_range_help)->type_name("FIRST:LAST");
+  command
+      ->add_option("--frames", options->frames,
+                   std::string{frame_range_help} + " The world frame is that of the whole input.")
+      ->type_name("FIRST:LAST");
   command
       ->add_option("--warm-up", options->warm_up,
                    "Frames processed before the first of --frames and not written, so that the "

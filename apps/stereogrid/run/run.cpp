@@ -47,7 +47,7 @@ PipelineOptions pipeline_options(const RunOptions& options, const Input& input) 
           .horizons_s = options.predict_s,
           .mask = input.mask,
           .extrinsics_given = input.extrinsics_given,
-          .start = options.world_of_input ? start_of(options, input) : Pose2{}};
+          .start = start_of(options, input)};
 }
 
 void check_options(const RunOptions& options, const Input& input) {

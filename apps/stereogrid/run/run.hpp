@@ -35,8 +35,6 @@ struct RunOptions {
   bool resume{false};
   int checkpoint_every{100};
   int input_wait_s{300};
-  // for a shard (batch/), a part of a drive whose other parts are runs of their own
-  bool world_of_input{false};  ///< the world frame is the vehicle frame of the input's first frame, not the run's
 };
 
 /// Options for results, beside INPUT and parameters.

@@ -68,6 +68,25 @@ TEST_F(Poses, NoneIsStandstill) {
   }
 }
 
+TEST_F(Poses, ARangeKeepsTheWorldOfTheDrive) {
+  const auto expect_same_poses = [&](const std::string& input, const std::string& whole, const char* warm_up) {
+    fs::remove_all(folder_ / "range");
+    run_well({"run", input, "--out", out("range"), "--frames", "3:", "--warm-up", warm_up});
+    const std::vector<Json> all(lines_of(folder_ / whole));
+    const std::vector<Json> range(lines_of(folder_ / "range"));
+    ASSERT_EQ(range.size(), 2U);
+    for (std::size_t i{0}; i < range.size(); ++i) {
+      for (const char* key : {"x_m", "y_m", "yaw_rad"}) {
+        EXPECT_NEAR(range[i]["pose"][key].get<double>(), all[3 + i]["pose"][key].get<double>(), 1e-9);
+      }
+    }
+  };
+  run_well({"run", scene, "--out", out("scene")});
+  expect_same_poses(drive_, "file", "0");
+  expect_same_poses(drive_, "file", "2");
+  expect_same_poses(scene, "scene", "1");
+}
+
 TEST_F(Poses, FileMeansTheInputsOwn) {
   run_well({"run", drive_, "--out", out("again"), "--poses", "file"});
   EXPECT_EQ(x_m("again"), x_m("file"));
