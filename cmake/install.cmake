@@ -92,6 +92,8 @@ if(STEREOGRID_TOOL)
   install(TARGETS stereogrid_tool RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT tool)
   install(FILES ${PROJECT_SOURCE_DIR}/packaging/completion.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions
           RENAME stereogrid COMPONENT tool)
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/packaging/fleet DESTINATION ${CMAKE_INSTALL_DATADIR}/stereogrid COMPONENT tool
+          USE_SOURCE_PERMISSIONS PATTERN __pycache__ EXCLUDE)
   if(TARGET stereogrid_dds) # library that the tool loads
     install(TARGETS stereogrid_dds LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/stereogrid COMPONENT dds)
   endif()

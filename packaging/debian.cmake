@@ -36,7 +36,7 @@ stereogrid_debian(development libstereogrid-dev libdevel "${runtime} ${same_vers
                   "Headers, and files for CMake and pkg-config.")
 stereogrid_debian(tool stereogrid science "${runtime} ${same_version}"
                   "The command-line tool, with a page for the browser.")
-set(CPACK_DEBIAN_TOOL_PACKAGE_SUGGESTS "ffmpeg, stereogrid-dds, stereogrid-doc")
+set(CPACK_DEBIAN_TOOL_PACKAGE_SUGGESTS "ffmpeg, snakemake, stereogrid-dds, stereogrid-doc")
 stereogrid_debian(documentation stereogrid-doc doc ""
                   "Pages on every command, the method and its results, in Markdown.")
 set(CPACK_DEBIAN_DOCUMENTATION_PACKAGE_ARCHITECTURE all)

@@ -18,7 +18,7 @@ packages=(
   libtbb-dev libhwy-dev                              # threads, SIMD
   libzip-dev libisal-dev zlib1g-dev                  # .npz, PNG
   libzstd-dev liblz4-dev libsqlite3-dev              # recordings: MCAP, rosbag2
-  libssl-dev                                         # digests of batches, hashes of types of ROS 2
+  libssl-dev                                         # hashes of types of ROS 2
   libgtest-dev libgmock-dev libbenchmark-dev         # tests, benchmarks
   libboost-dev                                       # server: WebSocket and HTTP (headers)
   libboost-context-dev                               # tests of CUDA kernels without a GPU
@@ -38,10 +38,9 @@ if [ "${1:-}" = "--ci" ]; then
     abigail-tools          # the shared core's interface
     cyclonedds-tools libfastrtps-dev  # peers of ROS 2 in tests
     ament-cmake python3-ament-lint-cmake python3-ament-flake8 python3-ament-pep257  # ros2/stereogrid_ros
-    parallel               # an engine of batches
+    snakemake              # fleets of drives
     python3-pip            # scripts/install-cuda.sh
     gstreamer1.0-plugins-bad gstreamer1.0-tools  # images from another program: shmsink
-    faketime               # machines whose clocks differ
     valgrind               # instructions of a frame
     colcon python3-colcon-cmake python3-colcon-ros python3-colcon-recursive-crawl python3-colcon-package-information
   )

@@ -35,7 +35,6 @@ void describe(CLI::App& tool, int& exit_code) {
   add_info_command(tool, exit_code);
   add_live_command(tool, exit_code);
   add_view_command(tool, exit_code);
-  add_batch_command(tool, exit_code);
   add_config_command(tool);
   for (CLI::App* command : tool.get_subcommands({})) command->fallthrough();
 }

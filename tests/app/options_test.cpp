@@ -96,8 +96,7 @@ TEST(Options, AGridOfNoCellsIsRefused) {
   };
   for (const std::vector<std::string>& words : {std::vector<std::string>{"run", scene, "--out", out},
                                                 {"run", scene, "--out", out, "--pictures"},
-                                                {"live", scene, "--listen", "127.0.0.1:0"},
-                                                {"batch", "plan", scene, "--out", out}}) {
+                                                {"live", scene, "--listen", "127.0.0.1:0"}}) {
     expect_refused({with_grid(words), said}, 64);
   }
   EXPECT_FALSE(fs::exists(fs::path{out} / "run.json"));

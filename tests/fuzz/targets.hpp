@@ -12,8 +12,6 @@ namespace stereogrid::fuzz {
 void bag_db3(Bytes input);
 void bag_metadata(Bytes input);   ///< file metadata.yaml of a bag without parts
 void bag_recording(Bytes input);  ///< a digit for the kind of bag, then files: five messages
-void batch_plan(Bytes input);     ///< files plan.json and manifest.jsonl
-void batch_result(Bytes input);   ///< files done.json and that of a failure
 void calibration_kalibr(Bytes input);
 void calibration_kitti(Bytes input);   ///< files calib_cam_to_cam.txt and calib_velo_to_cam.txt
 void calibration_opencv(Bytes input);  ///< files intrinsics.yml and extrinsics.yml
@@ -51,8 +49,6 @@ struct Target {
 inline constexpr Target targets[]{{"bag_db3", bag_db3},
                                   {"bag_metadata", bag_metadata},
                                   {"bag_recording", bag_recording},
-                                  {"batch_plan", batch_plan},
-                                  {"batch_result", batch_result},
                                   {"calibration_kalibr", calibration_kalibr},
                                   {"calibration_kitti", calibration_kitti},
                                   {"calibration_opencv", calibration_opencv},

@@ -24,7 +24,6 @@ void add_export_command(CLI::App& tool, int& exit_code);
 void add_info_command(CLI::App& tool, int& exit_code);
 void add_live_command(CLI::App& tool, int& exit_code);
 void add_view_command(CLI::App& tool, int& exit_code);
-void add_batch_command(CLI::App& tool, int& exit_code);
 void add_config_command(CLI::App& tool);
 
 }  // namespace stereogrid::app

@@ -16,7 +16,4 @@ namespace stereogrid::app {
 /// Parts of the report that `evaluate --html` writes; page.html has placeholders.
 [[nodiscard]] std::vector<server::Asset> report_assets();
 
-/// Templates of batch engines, of packaging/fleet/.
-[[nodiscard]] std::vector<server::Asset> engine_templates();
-
 }  // namespace stereogrid::app

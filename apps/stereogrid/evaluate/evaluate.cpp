@@ -168,10 +168,6 @@ std::string truth_text(const TruthSource& truth) {
 
 }  // namespace
 
-bool can_be_scored(const Input& input) {
-  return knows_cells(input) || has_object_labels(input);
-}
-
 Evaluation evaluate(const EvaluateOptions& options, const NotifyProgress& notify) {
   const io::RunReader run{options.run};
   const InputOptions input{input_options(options, run)};

@@ -8,7 +8,6 @@
 #include <string>
 
 #include "evaluate/output.hpp"
-#include "input.hpp"
 
 namespace stereogrid::app {
 
@@ -20,9 +19,6 @@ struct EvaluateOptions {
   std::string json;
   std::string html;
 };
-
-/// True if the input has truth for its results.
-[[nodiscard]] bool can_be_scored(const Input& input);
 
 /// Receives the number of scored frames and of all before each frame.
 using NotifyProgress = std::function<void(std::size_t done, std::size_t total)>;

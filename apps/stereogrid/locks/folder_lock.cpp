@@ -10,9 +10,7 @@
 
 #include <array>
 #include <cerrno>
-#include <chrono>
 #include <system_error>
-#include <thread>
 
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
@@ -21,9 +19,6 @@ namespace stereogrid::app {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// is_locked() takes a free lock for a moment.
-constexpr std::chrono::milliseconds longest_probe{20};
 
 std::string reason(int error_number) {
   return std::generic_category().message(error_number);
@@ -68,11 +63,7 @@ FolderLock::FolderLock(const fs::path& folder) : file_{folder / ".lock"} {
   for (;;) {
     descriptor_ = open_file(file_.c_str(), O_RDWR | O_CREAT);
     if (descriptor_.get() < 0) cannot_write(file_, errno);
-    int error_number{lock(descriptor_.get())};
-    if (error_number == EWOULDBLOCK) {
-      std::this_thread::sleep_for(longest_probe);
-      error_number = lock(descriptor_.get());
-    }
+    const int error_number{lock(descriptor_.get())};
     if (error_number == EWOULDBLOCK) complain_of_other(folder, descriptor_.get());
     if (error_number == ENOLCK || error_number == ENOSYS || error_number == EOPNOTSUPP) {
       warning_ = fmt::format("{}: this file system cannot lock ({}): take care that no other stereogrid writes there.",
@@ -86,13 +77,6 @@ FolderLock::FolderLock(const fs::path& folder) : file_{folder / ".lock"} {
   if (ftruncate(descriptor_.get(), 0) != 0 || !write_all(descriptor_.get(), fmt::format("{}\n", getpid()))) {
     cannot_write(file_, errno);
   }
-}
-
-bool is_locked(const fs::path& folder) {
-  const std::string file{(folder / ".lock").string()};
-  Descriptor descriptor{open_file(file.c_str(), O_RDWR)};
-  if (descriptor.get() < 0) descriptor = open_file(file.c_str(), O_RDONLY);
-  return descriptor.get() >= 0 && lock(descriptor.get()) == EWOULDBLOCK;
 }
 
 FolderLock::~FolderLock() {

@@ -29,7 +29,4 @@ class FolderLock {
   std::string warning_;
 };
 
-/// Returns whether a FolderLock exists for the folder, in any process. False where the file system has no locks.
-[[nodiscard]] bool is_locked(const std::filesystem::path& folder);
-
 }  // namespace stereogrid::app

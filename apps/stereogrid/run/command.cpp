@@ -15,24 +15,7 @@
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::app {
-
-std::vector<std::string> layers_of(const RunOptions& options) {
-  const std::vector<std::string> there{io::grid_arrays(options.compact)};
-  std::vector<bool> wanted(there.size());
-  for (const std::string& layer : options.layers) {
-    const auto found{std::ranges::find(there, layer == "age" || layer == "world_age" ? layer + "_s" : layer)};
-    if (found == there.end()) {
-      throw ConfigError{fmt::format("--layers {}: there is no such layer{}. There are: {}.", io::printable(layer),
-                                    options.compact ? " in --compact" : "", fmt::join(there, ", "))};
-    }
-    wanted[static_cast<std::size_t>(found - there.begin())] = true;
-  }
-  std::vector<std::string> layers;
-  for (std::size_t i{0}; i < there.size(); ++i) {
-    if (wanted[i]) layers.push_back(there[i]);
-  }
-  return layers;
-}
+namespace {
 
 void add_result_options(CLI::App& command, RunOptions& options) {
   command.add_option("--fuse", options.fuse, "Fuse the stereo grid with one of the input's lidar sweeps (fusion.*).")
@@ -59,6 +42,26 @@ void add_result_options(CLI::App& command, RunOptions& options) {
   command.add_flag("--save-stages", options.save_stages,
                    "Write intermediate results of the stages, too: stages/NAME.npz.");
   command.add_flag("--pictures", options.pictures, "Write a visualisation of every frame, too: pictures/NAME.png.");
+}
+
+}  // namespace
+
+std::vector<std::string> layers_of(const RunOptions& options) {
+  const std::vector<std::string> there{io::grid_arrays(options.compact)};
+  std::vector<bool> wanted(there.size());
+  for (const std::string& layer : options.layers) {
+    const auto found{std::ranges::find(there, layer == "age" || layer == "world_age" ? layer + "_s" : layer)};
+    if (found == there.end()) {
+      throw ConfigError{fmt::format("--layers {}: there is no such layer{}. There are: {}.", io::printable(layer),
+                                    options.compact ? " in --compact" : "", fmt::join(there, ", "))};
+    }
+    wanted[static_cast<std::size_t>(found - there.begin())] = true;
+  }
+  std::vector<std::string> layers;
+  for (std::size_t i{0}; i < there.size(); ++i) {
+    if (wanted[i]) layers.push_back(there[i]);
+  }
+  return layers;
 }
 
 void add_run_command(CLI::App& tool, int& exit_code) {

@@ -37,9 +37,6 @@ struct RunOptions {
   int input_wait_s{300};
 };
 
-/// Options for results, beside INPUT and parameters.
-void add_result_options(CLI::App& command, RunOptions& options);
-
 /// --layers as the files call them, in their order, each once. Throws ConfigError: there is no such layer.
 [[nodiscard]] std::vector<std::string> layers_of(const RunOptions& options);
 

@@ -150,17 +150,6 @@ TEST(Sparse, UnknownLayersAreRefusedAndThoseThereAreNamed) {
   EXPECT_EQ(run_tool(street(folder / "run", {"--every", "0"})).exit_code, 64);
   EXPECT_EQ(run_tool(street(folder / "run", {"--every", "-1"})).exit_code, 64);
   EXPECT_FALSE(fs::exists(folder / "run"));
-  const auto plan = [&](const std::vector<std::string>& more) {
-    std::vector<std::string> words{"batch", "plan", "scene:street?frames=4&width=160&height=100", "--out",
-                                   (folder / "plan").string()};
-    words.insert(words.end(), more.begin(), more.end());
-    const Outcome outcome{run_tool(words)};
-    EXPECT_EQ(outcome.exit_code, 64);
-    return outcome.errors;
-  };
-  EXPECT_THAT(plan({"--layers", "speed", "--no-evaluation"}), HasSubstr("no such layer"));
-  EXPECT_THAT(plan({"--layers", "occupancy,velocity,age"}), HasSubstr("needs the layer observed"));
-  EXPECT_FALSE(fs::exists(folder / "plan"));
 }
 
 TEST(Sparse, WhatNeedsAnotherLayerSaysSo) {

@@ -129,8 +129,8 @@ PartitionName=all Nodes=ALL Default=YES State=UP MaxTime=INFINITE
     def idle_nodes(self) -> int:
         return self.call("sinfo", "-h", "-N", "-o", "%t").split().count("idle")
 
-    def tasks_on(self, node: str) -> list:
-        return [int(task) for task in self.call("squeue", "-h", "-r", "-t", "R", "-w", node, "-o", "%K").split()]
+    def jobs_on(self, node: str) -> list:
+        return self.call("squeue", "-h", "-t", "R", "-w", node, "-o", "%i").split()
 
     def resume_drained(self):
         """A killed controller has less state than its nodes and drains them until an administrator resumes them."""
@@ -138,9 +138,6 @@ PartitionName=all Nodes=ALL Default=YES State=UP MaxTime=INFINITE
             node, state = line.split()
             if state.startswith(("drain", "drng", "down")) and self.processes[node].poll() is None:
                 self.call("scontrol", "update", f"nodename={node}", "state=resume")
-
-    def queued(self) -> int:
-        return len(self.call("squeue", "-h", "-r", "-o", "%i").split())
 
     def stop(self):
         self.call("scancel", "--full", "-u", "root")
