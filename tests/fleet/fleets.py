@@ -58,7 +58,7 @@ def kills(folder: Path):
     results = folder / "killed"
     results.mkdir()
     workers = snakemakes = 0
-    for _ in range(4):
+    for _ in range(3):
         process = subprocess.Popen(command_of(config, results, "--cores", "2"), stdout=subprocess.DEVNULL,
                                    stderr=subprocess.DEVNULL, start_new_session=True)
         for _ in range(dice.randint(1, 3)):

@@ -16,6 +16,14 @@
 namespace stereogrid::app {
 namespace {
 
+Evaluation evaluate_with_progress(const EvaluateOptions& options) {
+  std::optional<Progress> progress;
+  return evaluate(options, [&progress](std::size_t done, std::size_t total) {
+    if (!progress) progress.emplace("frames", total);
+    progress->update(done);
+  });
+}
+
 int evaluate_command(const EvaluateOptions& options) {
   const nlohmann::ordered_json json(json_of(evaluate_with_progress(options)));
   write_output(table_of(json));
@@ -26,14 +34,6 @@ int evaluate_command(const EvaluateOptions& options) {
 }
 
 }  // namespace
-
-Evaluation evaluate_with_progress(const EvaluateOptions& options) {
-  std::optional<Progress> progress;
-  return evaluate(options, [&progress](std::size_t done, std::size_t total) {
-    if (!progress) progress.emplace("frames", total);
-    progress->update(done);
-  });
-}
 
 void add_evaluate_command(CLI::App& tool, int& exit_code) {
   auto options{std::make_shared<EvaluateOptions>()};

@@ -26,7 +26,4 @@ using NotifyProgress = std::function<void(std::size_t done, std::size_t total)>;
 /// Scores a run. Throws InputError: no run, no truth, none of these frames.
 [[nodiscard]] Evaluation evaluate(const EvaluateOptions& options, const NotifyProgress& notify = {});
 
-/// The same with a progress bar on stderr.
-[[nodiscard]] Evaluation evaluate_with_progress(const EvaluateOptions& options);
-
 }  // namespace stereogrid::app
