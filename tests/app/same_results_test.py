@@ -36,11 +36,11 @@ class SameResults(unittest.TestCase):
     def test_equal_runs(self):
         status, lines = self.compared("", SCENE, f"{SCENE} --frames 1:1")
         self.assertEqual(status, 0)
-        self.assertEqual([line.split(": ")[-1] for line in lines], ["equal"] * 4)
+        self.assertEqual([line.split(": ")[-1] for line in lines], ["equal"] * 6)
 
     def test_a_difference_of_stages_alone(self):
         # the default preset reads sigma_column for its stages only
-        status, (default, paper) = self.compared("--set paper.sigma_column=1", SCENE)
+        status, (default, _, paper) = self.compared("--set paper.sigma_column=1", SCENE)
         self.assertEqual(status, 1)
         self.assertRegex(default, r"stages/000000\.npz: u_occupancy_smooth: [0-9]+ of [0-9]+ values, the first ")
         self.assertNotIn("equal", paper)

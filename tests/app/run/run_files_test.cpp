@@ -196,7 +196,7 @@ TEST_F(RunFiles, WorldOriginIsTheCornerOfTheFirstCell) {
 
 TEST_F(RunFiles, StagesHaveTheirShapes) {
   const Arrays arrays{io::read_npz(run() / "stages" / "000001.npz")};
-  EXPECT_EQ(arrays.size(), 11U);
+  EXPECT_EQ(arrays.size(), 12U);
   expect_array(arrays, "obstacle_disparity", io::DType::float32, {100, 160});
   expect_array(arrays, "road_disparity", io::DType::float32, {100, 160});
   expect_array(arrays, "match_confidence", io::DType::float32, {100, 160});
