@@ -35,7 +35,7 @@ rendered sequences A to E with exact truth (512 × 320 px with f·b = 90 px·m; 
 
 † In-sample: constants were fitted, or options chosen, on this input. Rows without it are of inputs that nothing was fitted on.
 Left out of the fit, the log-loss of single frames is .104 on odometry 04 and .133 on raw 0009, 3–20 m
-([decision 27](decisions/0027-matches-by-chance.md)): these are the figures to quote.
+([decision 27](decisions.md#27-matches-are-rejected-by-their-cost)): these are the figures to quote.
 """
 
 
