@@ -5,7 +5,7 @@
 depend on what else runs.
 
 instructions.py BENCH_INSTRUCTIONS            prints a Markdown table, for scripts/measure.py
-instructions.py BENCH_INSTRUCTIONS --check    compares with bench/results/instructions.json; exit status 77: skipped
+instructions.py BENCH_INSTRUCTIONS --check    compares with bench/results.json; exit status 77: skipped
 instructions.py BENCH_INSTRUCTIONS --neon COUNT_STAGES   likewise for 64-bit ARM in qemu, beside the kept ones of AVX2
                                               (scripts/check-neon.sh --instructions)
 """
@@ -18,7 +18,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-KEPT = Path(__file__).resolve().parent / "results" / "instructions.json"
+KEPT = Path(__file__).resolve().parent / "results.json"
 TOLERANCE = 0.03
 SKIPPED = 77
 
@@ -33,6 +33,10 @@ STAGES = {
 
 # Instructions that a core dispatches in a cycle, and those in vector registers that it executes.
 CORES = {"A78AE": (6, 2), "A76": (4, 2)}
+
+
+def kept_table() -> dict:
+    return json.loads(KEPT.read_text(encoding="utf-8"))["instructions"]["tables"][0]
 
 
 def count_neon(program: str, plugin: str) -> tuple:
@@ -59,7 +63,7 @@ def count_neon(program: str, plugin: str) -> tuple:
 def print_neon(about: str, counts: dict) -> None:
     cores = " | ".join(f"{name}, million cycles at least" for name in CORES)
     print(f"**{about}**\n\n| stage | AVX2 | NEON | of them vector | NEON / AVX2 | {cores} |\n|---|---|---|---|---|---|---|")
-    for stage, of_avx2 in json.loads(KEPT.read_text(encoding="utf-8"))["tables"][0]["rows"]:
+    for stage, of_avx2 in kept_table()["rows"]:
         every, vector = counts.get(stage, (0, 0))
         if every == 0:
             print(f"| {stage} | {of_avx2:.2f} | – | – | – |" + " – |" * len(CORES))
@@ -92,7 +96,7 @@ def count(*program: str) -> tuple:
 
 
 def check(about: str, counts: dict) -> int:
-    table = json.loads(KEPT.read_text(encoding="utf-8"))["tables"][0]
+    table = kept_table()
     if table["title"] != about:
         print(f"Skipped: counts are kept for {table['title']}; this is {about}.")
         return SKIPPED

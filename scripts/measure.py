@@ -1,8 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""Runs a program that prints Markdown tables and keeps them in bench/results/NAME.json, with date, machine and commit;
-then writes docs/results.md anew.
+"""Runs a program that prints Markdown tables and keeps them in bench/results.json, with date, machine and commit.
 
 measure.py NAME [--section TEXT --title TEXT --about TEXT] -- COMMAND...
 
@@ -94,7 +93,7 @@ def git(*arguments: str) -> str:
 def commit() -> str:
     """Commit of the sources; empty: tracked files differ from it, except the figures themselves."""
     head = git("rev-parse", "--short", "HEAD").strip()
-    changed = git("status", "--porcelain", "--untracked-files=no", "--", ".", ":!bench/results", ":!docs/results.md")
+    changed = git("status", "--porcelain", "--untracked-files=no", "--", ".", ":!bench/results.json")
     return "" if changed else head or "unknown"
 
 
@@ -120,12 +119,12 @@ def arguments(given: list) -> argparse.Namespace:
 
 def main() -> int:
     given = arguments(sys.argv[1:])
-    path = results.FOLDER / f"{given.name}.json"
-    measurement = results.load(path) if path.exists() else {}
+    measurements = results.load()
+    measurement = measurements.get(given.name, {})
     for text in TEXTS:
         measurement[text] = getattr(given, text) or measurement.get(text)
         if not measurement[text]:
-            print(f"{path.name} is new: give --{text}.", file=sys.stderr)
+            print(f"{given.name} is new: give --{text}.", file=sys.stderr)
             return 64
     measured = commit()
     if not measured:
@@ -140,8 +139,7 @@ def main() -> int:
     measurement |= {"date": datetime.date.today().isoformat(), "commit": measured,
                     "machine": machine() + gpus(),
                     "command": shown(given.command), "tables": tables, "notes": []}
-    path.write_text(results.dump(measurement), encoding="utf-8")
-    results.write_page()
+    results.save(measurements | {given.name: measurement})
     return 0
 
 

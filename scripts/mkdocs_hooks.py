@@ -1,15 +1,17 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""Hooks of mkdocs.yml: links to files outside of docs/ become plain text (tests/rules/links.py checks those), and the page
-of constants is made of the source."""
+"""Hooks of mkdocs.yml: links to files outside of docs/ become plain text (tests/rules/links.py checks those), and the pages of
+constants and of results are generated."""
 import re
 
 from constants import page as constants_page
 from mkdocs.structure.files import File
+from results import page as results_page
 
 
 def on_files(files, config):
     files.append(File.generated(config, "constants.md", content=constants_page()))
+    files.append(File.generated(config, "results.md", content=results_page()))
     return files
 
 

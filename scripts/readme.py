@@ -49,7 +49,7 @@ SCREENS = {
 
 
 def figure_row(label: str, name: str, title: str, first: tuple[str, ...], columns: dict[str, str]) -> str:
-    measurement = results.load(results.FOLDER / f"{name}.json")
+    measurement = results.load()[name]
     for table in measurement["tables"]:
         if title not in table["title"] or not columns.keys() <= set(table["columns"]):
             continue
@@ -60,7 +60,7 @@ def figure_row(label: str, name: str, title: str, first: tuple[str, ...], column
                 mark = "".join(f" ({note.split(' (')[0].removeprefix('Measured ').rstrip('.')})" for note in measurement.get("notes", [])
                                if note.startswith("Measured before"))
                 return f"| {label} | {values} | {measurement['machine']} | {measurement['date']}{mark} |"
-    raise ValueError(f"bench/results/{name}.json: no row {first} with columns {list(columns)}. Correct MEASURED in scripts/readme.py.")
+    raise ValueError(f"bench/results.json: {name}: no row {first} with columns {list(columns)}. Correct MEASURED in scripts/readme.py.")
 
 
 def measured() -> str:
@@ -122,7 +122,7 @@ def main() -> int:
     if sys.argv[1:] == []:
         README.write_text(generated(present), encoding="utf-8")
     elif present != generated(present):
-        print("README.md differs from its sources (examples, bench/results). Run scripts/readme.py.", file=sys.stderr)
+        print("README.md differs from its sources (examples, bench/results.json). Run scripts/readme.py.", file=sys.stderr)
         return 1
     return 0
 

@@ -1,20 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""Writes docs/results.md from bench/results/*.json, which scripts/measure.py writes.
-
-results.py            writes the page
-results.py --check    exit status 1 where the page is another one
-"""
+"""Prints the documentation site's page of measurements: those of bench/results.json, which scripts/measure.py writes."""
 import json
 import re
-import sys
 from decimal import Decimal
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-FOLDER = ROOT / "bench" / "results"
-PAGE = ROOT / "docs" / "results.md"
+FILE = ROOT / "bench" / "results.json"
 SECTIONS = ("Grids against lidar", "Grids and motion against exact truth", "Obstacles", "Odometry", "Matching", "Time", "GPU")
 ACCURACY = ("Grids against lidar", "Grids and motion against exact truth", "Obstacles")
 # data on which the ray weights are fitted (src/observation/rays/weights.hpp) and options were chosen
@@ -22,12 +16,10 @@ FITTED = re.compile(r"\b(kitti_odo04|kitti_raw0009|B[- ]crossing|C[- ]street|E[-
 # fields of a measurement, in the order of the file; "notes" may be missing
 FIELDS = {"section": str, "title": str, "about": str, "date": str, "commit": str, "machine": str, "command": str,
           "tables": list}
-HEAD = """<!-- SPDX-FileCopyrightText: 2026 The stereogrid authors -->
-<!-- SPDX-License-Identifier: Apache-2.0 -->
-# Measured
+HEAD = """# Measured
 
-Made by `scripts/results.py` from [bench/results](../bench/results); do not edit. `scripts/measure.py` renews a
-measurement. Each one holds for its commit and machine. What is not named is at its default.
+Made by `scripts/results.py` from [bench/results.json](../bench/results.json). `scripts/measure.py` renews a measurement. Each
+one holds for its commit and machine. What is not named is at its default.
 
 Data: parts of KITTI odometry sequence 04 (41 frames) and of the raw drives 2011_09_26_0009 (31) and 0001 (20); the
 rendered sequences A to E with exact truth (512 × 320 px with f·b = 90 px·m; E: 1242 × 375 px with 390 px·m).
@@ -39,28 +31,33 @@ Left out of the fit, the log-loss of single frames is .104 on odometry 04 and .1
 """
 
 
-def load(path: Path) -> dict:
-    """A measurement; its numbers are Decimals, which keep the digits that were written."""
-    measurement = json.loads(path.read_text(encoding="utf-8"), parse_float=Decimal, parse_int=Decimal)
+def check(name: str, measurement: dict) -> None:
     for field, kind in FIELDS.items():
         if not isinstance(measurement.get(field), kind) or not measurement[field]:
-            raise ValueError(f"{path.name}: '{field}' is missing or of another type")
+            raise ValueError(f"{name}: '{field}' is missing or of another type")
     if measurement["section"] not in SECTIONS:
-        raise ValueError(f"{path.name}: there is no section '{measurement['section']}'; {', '.join(SECTIONS)}")
+        raise ValueError(f"{name}: there is no section '{measurement['section']}'; {', '.join(SECTIONS)}")
     if not re.fullmatch(r"\d{4}-\d\d-\d\d", measurement["date"]):
-        raise ValueError(f"{path.name}: '{measurement['date']}' is no date")
+        raise ValueError(f"{name}: invalid date '{measurement['date']}'")
     for table in measurement["tables"]:
         if any(len(row) != len(table["columns"]) for row in table["rows"]):
-            raise ValueError(f"{path.name}: a row of '{table['title']}' has not as many cells as there are columns")
-    return measurement
+            raise ValueError(f"{name}: a row of '{table['title']}' has not as many cells as there are columns")
+
+
+def load() -> dict:
+    """Measurements by name; their numbers are Decimals, which keep the digits that were written."""
+    measurements = json.loads(FILE.read_text(encoding="utf-8"), parse_float=Decimal, parse_int=Decimal)
+    for name, measurement in measurements.items():
+        check(name, measurement)
+    return measurements
 
 
 def literal(value) -> str:
     return str(value) if isinstance(value, Decimal) else json.dumps(value, ensure_ascii=False)
 
 
-def dump(measurement: dict) -> str:
-    """JSON with a row of a table per line."""
+def measurement_json(measurement: dict) -> str:
+    """With a row of a table per line."""
     lines = [f" {literal(field)}: {literal(measurement[field])}" for field in FIELDS if field != "tables"]
     tables = []
     for table in measurement["tables"]:
@@ -70,7 +67,12 @@ def dump(measurement: dict) -> str:
     lines.append(' "tables": [\n' + ",\n".join(tables) + "]")
     if measurement.get("notes"):
         lines.append(' "notes": [\n' + ",\n".join("  " + literal(note) for note in measurement["notes"]) + "]")
-    return "{\n" + ",\n".join(lines) + "\n}\n"
+    return "{\n" + ",\n".join(lines) + "\n}"
+
+
+def save(measurements: dict) -> None:
+    texts = [f"{literal(name)}: {measurement_json(measurements[name])}" for name in sorted(measurements)]
+    FILE.write_text("{\n" + ",\n".join(texts) + "\n}\n", encoding="utf-8")
 
 
 def cell_text(value) -> str:
@@ -107,7 +109,7 @@ def measurement_text(measurement: dict) -> str:
 
 
 def page() -> str:
-    measurements = [load(path) for path in sorted(FOLDER.glob("*.json"), key=lambda path: path.stem)]
+    measurements = [measurement for _, measurement in sorted(load().items())]
     parts = [HEAD]
     for section in SECTIONS:
         if texts := [measurement_text(one) for one in measurements if one["section"] == section]:
@@ -115,21 +117,5 @@ def page() -> str:
     return "\n".join(parts)
 
 
-def write_page() -> None:
-    PAGE.write_text(page(), encoding="utf-8")
-
-
-def main() -> int:
-    if sys.argv[1:] == []:
-        write_page()
-    elif sys.argv[1:] != ["--check"]:
-        print(__doc__, file=sys.stderr)
-        return 64
-    elif PAGE.read_text(encoding="utf-8") != page():
-        print("docs/results.md differs from its sources. Run scripts/results.py.", file=sys.stderr)
-        return 1
-    return 0
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    print(page(), end="")

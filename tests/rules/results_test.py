@@ -1,9 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""docs/results.md is what scripts/results.py makes of bench/results/*.json, and scripts/measure.py writes such files."""
-import json
-import subprocess
+"""scripts/results.py makes a page of bench/results.json, which scripts/measure.py writes."""
 import sys
 import tempfile
 import unittest
@@ -35,21 +33,18 @@ PRINTED = """Some words.
 
 
 class Page(unittest.TestCase):
-    def test_it_is_made_of_the_measurements(self):
-        check = subprocess.run([sys.executable, ROOT / "scripts" / "results.py", "--check"], capture_output=True, text=True)
-        self.assertEqual(check.returncode, 0, check.stderr)
-
     def test_every_measurement_is_on_it(self):
-        page = results.PAGE.read_text(encoding="utf-8")
-        files = sorted(results.FOLDER.iterdir())
-        self.assertTrue(files)
-        for path in files:
-            self.assertEqual(path.suffix, ".json", "figures are kept as JSON")
-            self.assertIn(f"### {results.load(path)['title']}\n", page)
+        page = results.page()
+        measurements = results.load()
+        self.assertTrue(measurements)
+        for measurement in measurements.values():
+            self.assertIn(f"### {measurement['title']}\n", page)
 
-    def test_files_are_as_they_are_written(self):
-        for path in results.FOLDER.glob("*.json"):
-            self.assertEqual(results.dump(results.load(path)), path.read_text(encoding="utf-8"), path.name)
+    def test_the_file_is_as_it_is_written(self):
+        kept, measurements = results.FILE.read_text(encoding="utf-8"), results.load()
+        with tempfile.TemporaryDirectory() as folder, mock.patch.object(results, "FILE", Path(folder) / "again.json"):
+            results.save(measurements)
+            self.assertEqual(results.FILE.read_text(encoding="utf-8"), kept)
 
 
 class Measuring(unittest.TestCase):
@@ -57,11 +52,10 @@ class Measuring(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.folder = Path(folder.name)
-        for name, value in {"FOLDER": self.folder, "PAGE": self.folder / "page.md"}.items():
-            patch = mock.patch.object(results, name, value)
-            patch.start()
-            self.addCleanup(patch.stop)
-
+        patch = mock.patch.object(results, "FILE", self.folder / "results.json")
+        patch.start()
+        self.addCleanup(patch.stop)
+        results.save({})
         patch = mock.patch.object(measure, "commit", return_value="0123abc")
         self.clean = patch.start()
         self.addCleanup(patch.stop)
@@ -84,17 +78,16 @@ class Measuring(unittest.TestCase):
         texts = ["--section", "Time", "--title", "Streets", "--about", "What it is."]
         self.assertEqual(self.measure("new", "--", str(program)), 64, "a new one needs its texts")
         self.assertEqual(self.measure("new", *texts, "--", str(program), "--fast"), 0)
-        path = self.folder / "new.json"
-        self.assertIn("1.50", path.read_text(encoding="utf-8"), "digits stay")
-        kept = results.load(path)
+        self.assertIn("1.50", results.FILE.read_text(encoding="utf-8"), "digits stay")
+        kept = results.load()["new"]
         self.assertEqual((kept["title"], kept["command"], len(kept["tables"])), ("Streets", "bench --fast", 2))
         self.assertEqual(kept["commit"], "0123abc")
         self.assertRegex(kept["machine"], r"^\d+ cores, .+, family .+, model .+, stepping .+, SIMD \w+$")
-        self.assertIn("| a | 1.50 | 0.2 / 0.3 |", results.PAGE.read_text(encoding="utf-8"))
+        self.assertIn("| a | 1.50 | 0.2 / 0.3 |", results.page())
         self.assertEqual(self.measure("new", "--", "false"), 1)
         self.clean.return_value = ""
         self.assertEqual(self.measure("new", "--", str(program)), 64, "figures of a tree that nobody else has")
-        self.assertEqual(results.load(path), kept, "what fails changes nothing")
+        self.assertEqual(results.load(), {"new": kept}, "what fails changes nothing")
 
     def test_a_tree_with_changes_has_no_commit(self):
         mock.patch.stopall()
@@ -128,14 +121,13 @@ class Measuring(unittest.TestCase):
     def test_what_is_incomplete_is_refused(self):
         good = {"section": "Time", "title": "t", "about": "a", "date": "2026-11-21", "commit": "c", "machine": "m",
                 "command": "x", "tables": [{"title": "", "columns": ["a", "b"], "rows": [[1, 2]]}]}
-        path = self.folder / "one.json"
-        path.write_text(json.dumps(good), encoding="utf-8")
-        results.load(path)
+        results.save({"one": good})
+        results.load()
         for wrong in ({"commit": ""}, {"date": "today"}, {"section": "None"}, {"machine": None},
                       {"tables": [{"title": "", "columns": ["a", "b"], "rows": [[1]]}]}):
-            path.write_text(json.dumps(good | wrong), encoding="utf-8")
+            results.save({"one": good | wrong})
             with self.assertRaises(ValueError, msg=str(wrong)):
-                results.load(path)
+                results.load()
 
 
 if __name__ == "__main__":
