@@ -4,7 +4,7 @@
 #
 # Usage: scripts/fuzz.sh [SECONDS [NAME…]]
 #
-# Gives every fuzzer (or those named, as in tests/fuzz/corpus/NAME) its share of SECONDS, an hour by default, as many at
+# Gives every fuzzer (or those named; tests/fuzz/targets.hpp lists them) its share of SECONDS, an hour by default, as many at
 # a time as there are processors; the pipeline's gets two shares. An input that takes 10 s or 2 GB is a finding. Continues
 # from the last run's corpus in build/fuzz/corpus. Findings go to build/fuzz/findings; exit status 1 where there are any.
 set -euo pipefail
@@ -15,9 +15,10 @@ total_s=${1:-3600}
 shift || true
 [[ $total_s =~ ^[1-9][0-9]*$ ]] || { echo "Usage: scripts/fuzz.sh [SECONDS [NAME…]]" >&2; exit 64; }
 names=("$@")
-[ ${#names[@]} -gt 0 ] || mapfile -t names < <(ls tests/fuzz/corpus)
+python3 tests/fuzz/seeds.py build/fuzz/seeds
+[ ${#names[@]} -gt 0 ] || mapfile -t names < <(ls build/fuzz/seeds)
 for name in "${names[@]}"; do
-  [ -d "tests/fuzz/corpus/$name" ] || { echo "There is no fuzzer $name. There are:" tests/fuzz/corpus/* >&2; exit 64; }
+  [ -d "build/fuzz/seeds/$name" ] || { echo "There is no fuzzer $name. There are:" $(ls build/fuzz/seeds) >&2; exit 64; }
 done
 
 [ -f build/fuzz/build.ninja ] || cmake --preset fuzz --log-level=WARNING
@@ -39,11 +40,11 @@ export share_s=$(((total_s * jobs + shares - 1) / shares))
 mkdir -p build/fuzz/findings
 rm -f build/fuzz/findings/*
 
-# words of its stored inputs, and the parameters
+# words of its seeds, and the parameters
 dictionary() { # dictionary NAME
   cat tests/fuzz/common.dict
   {
-    LC_ALL=C grep -rahoE '[A-Za-z_][A-Za-z0-9_./]{1,40}[:=]?' "tests/fuzz/corpus/$1"
+    LC_ALL=C grep -rahoE '[A-Za-z_][A-Za-z0-9_./]{1,40}[:=]?' "build/fuzz/seeds/$1"
     [[ $1 != @(config_yaml|settings) ]] ||
       awk -F'`' '/^## / { group = substr($0, 4) } /^\| `/ { print group "." $2 }' docs/config.md
   } | sort -u | sed 's/.*/"&"/'
@@ -54,10 +55,8 @@ fuzz() { # fuzz NAME
   [ "$name" != pipeline ] || seconds=$((2 * share_s))
   mkdir -p "build/fuzz/corpus/$name"
   dictionary "$name" >"build/fuzz/corpus/$name.dict"
-  local folders=("build/fuzz/corpus/$name" "tests/fuzz/corpus/$name")
-  [ ! -d "tests/fuzz/regressions/$name" ] || folders+=("tests/fuzz/regressions/$name")
   "build/fuzz/bin/${name}_fuzzer" -max_total_time="$seconds" -timeout=10 -rss_limit_mb=2048 -malloc_limit_mb=2048 -print_final_stats=1 \
-    -artifact_prefix="build/fuzz/findings/$name-" -dict="build/fuzz/corpus/$name.dict" "${folders[@]}" >"$log" 2>&1 || status=$?
+    -artifact_prefix="build/fuzz/findings/$name-" -dict="build/fuzz/corpus/$name.dict" "build/fuzz/corpus/$name" "build/fuzz/seeds/$name" >"$log" 2>&1 || status=$?
   local executions coverage
   executions=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log")
   coverage=$(grep -oE 'cov: [0-9]+ ft: [0-9]+ corp: [0-9]+' "$log" | tail -1)
@@ -81,5 +80,5 @@ for log in build/fuzz/findings/*.log; do
   done
 done
 echo
-echo "Mend it, and keep the input as tests/fuzz/regressions/NAME/WHAT: the replay (ctest -R fuzz) runs it from then on."
+echo "Correct it, and keep the input: tests/fuzz/seeds.py --add NAME WHAT FILE. The replay (ctest -R fuzz) runs it from then on."
 exit 1

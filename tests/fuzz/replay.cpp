@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Usage: fuzz_replay FOLDER TARGET. Runs the target on every file of FOLDER/corpus/TARGET and
-// FOLDER/regressions/TARGET. An input that takes more than 10 s or 2 GB ends it (the fuzzers' limits).
+// Usage: fuzz_replay FOLDER TARGET. Runs the target on every file of FOLDER/TARGET (seeds.py). An input that takes more
+// than 10 s or 2 GB ends it (the fuzzers' limits).
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -19,12 +19,10 @@ namespace {
 namespace fs = std::filesystem;
 using stereogrid::fuzz::Target;
 
-std::vector<fs::path> inputs_of(const fs::path& folder, const char* target) {
+std::vector<fs::path> inputs_of(const fs::path& folder) {
   std::vector<fs::path> files;
-  for (const char* const kind : {"corpus", "regressions"}) {
-    if (!fs::is_directory(folder / kind / target)) continue;
-    for (const auto& entry : fs::directory_iterator{folder / kind / target}) files.push_back(entry.path());
-  }
+  if (!fs::is_directory(folder)) return files;
+  for (const auto& entry : fs::directory_iterator{folder}) files.push_back(entry.path());
   std::ranges::sort(files);
   return files;
 }
@@ -53,7 +51,7 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "Usage: fuzz_replay FOLDER TARGET\n");
     return 64;
   }
-  const std::vector<fs::path> files{inputs_of(argv[1], target->name)};
+  const std::vector<fs::path> files{inputs_of(fs::path{argv[1]} / target->name)};
   if (files.empty()) std::printf("no inputs\n");
 #ifndef __SANITIZE_ADDRESS__  // which reserves terabytes of addresses
   const rlimit most_memory{std::uint64_t{2} << 30, std::uint64_t{2} << 30};
