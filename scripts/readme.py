@@ -6,7 +6,7 @@
 readme.py            writes README.md
 readme.py --check    exit status 1 if README.md differs from the sources
 readme.py --figures  renders the figures in docs/pictures; needs the release build (with tests) and ffmpeg
-readme.py --screens  renders the viewer's page for docs/ros2-cameras.md; needs Chromium, too
+readme.py --screens  renders the viewer's page for docs/ros2.md; needs Chromium, too
 """
 import re
 import shutil
@@ -37,7 +37,7 @@ MEASURED = (
 )
 
 
-# screens of docs/ros2-cameras.md: a scene with the camera's image size, field of view and baseline
+# screens of docs/ros2.md: a scene with the camera's image size, field of view and baseline
 INDOORS = "corridor?frames=16&speed=0.6&camera_height=0.4"
 OUTDOORS = "street?frames=16"
 SCREENS = {

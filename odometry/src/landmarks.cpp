@@ -23,7 +23,7 @@ constexpr double corner_distance_px{7};
 constexpr float home_px{0.5F};  // maximum distance between the start of a point and its end after tracking forward and
                                 // backward
 // Maximum row difference between left and right. Above the first limit the columns are wrong, too (measured on KITTI,
-// docs/odometry.md); such points are used only if most of the image is like that.
+// docs/concepts.md); such points are used only if most of the image is like that.
 constexpr float good_row_difference_px{0.6F};
 constexpr float row_difference_max_px{2.5F};
 constexpr float disparity_min_px{1};

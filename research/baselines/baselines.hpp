@@ -9,7 +9,7 @@
 #include "stereogrid/grid.hpp"
 #include "stereogrid/image.hpp"
 
-// Grids that others make of the same disparities, to compare with. docs/baselines.md has the sources, and how the
+// Grids that others make of the same disparities, to compare with. docs/evaluation.md has the sources, and how the
 // parameters were chosen. All give P(occupied) over the cells of a grid in the vehicle frame, 0.5 = unknown.
 
 namespace stereogrid::research {

@@ -42,7 +42,7 @@ void describe(CLI::App& program, int& exit_code) {
                   "semi-global matcher.")
       ->check(CLI::IsMember({"own", "opencv-bm", "opencv-sgbm"}))
       ->capture_default_str();
-  program.add_option("--only", options->only, "Only these methods; docs/baselines.md has their names.")
+  program.add_option("--only", options->only, "Only these methods; docs/evaluation.md has their names.")
       ->type_name("NAME,...")
       ->delimiter(',');
   program

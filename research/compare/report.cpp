@@ -73,7 +73,7 @@ void print_table(const Comparison& comparison) {
   }
   app::tell(
       "\nclear: without ground that the camera cannot see (lidar). hidden: recall of partly hidden obstacles at 1 %\n"
-      "false alarms. ms: median from disparities and ground to the grid. Methods: docs/baselines.md. Figures: "
+      "false alarms. ms: median from disparities and ground to the grid. Methods: docs/evaluation.md. Figures: "
       "docs/evaluation.md.\n");
 }
 

@@ -139,7 +139,7 @@ int export_run(const Options& options) {
 
 void add_export_command(CLI::App& tool, int& exit_code) {
   auto options{std::make_shared<Options>()};
-  CLI::App* command{tool.add_subcommand("export", "Convert a run to maps, scans and tables (docs/export.md).")};
+  CLI::App* command{tool.add_subcommand("export", "Convert a run to maps, scans and tables (docs/format.md).")};
   command->add_option("RUN_DIR", options->run, "Folder of `stereogrid run --out`.")->type_name(" ")->required();
   command
       ->add_option("--nav2-map", options->nav2_map,

@@ -10,7 +10,7 @@
 
 namespace stereogrid::app {
 
-// Parts of files of comma-separated values (RFC 4180), each line with its end; docs/export.md has the columns. Numbers
+// Parts of files of comma-separated values (RFC 4180), each line with its end; docs/format.md has the columns. Numbers
 // have as many digits as bring the same number back; inf and nan are spelled so, which NumPy and pandas read.
 
 [[nodiscard]] std::string frame_header();

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Statements of docs/low-obstacles.md about kerbs and low boxes, on the scene `boxes`.
+// Statements of docs/terrain.md about kerbs and low boxes, on the scene `boxes`.
 #include <gtest/gtest.h>
 
 #include <algorithm>
