@@ -104,7 +104,7 @@ POSES = ("file", "odometry", "none")
 
 @dataclass(frozen=True)
 class Bounds:
-    """Measured with the presets and scenes above; see docs/testing.md."""
+    """Measured with the presets and scenes above; see CONTRIBUTING.md."""
 
     frames_with_drop: float = 0.5
     flips: float = 0.005
