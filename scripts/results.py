@@ -9,7 +9,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 FILE = ROOT / "bench" / "results.json"
-SECTIONS = ("Grids against lidar", "Grids and motion against exact truth", "Obstacles", "Odometry", "Matching", "Time", "GPU")
+SECTIONS = ("Grids against lidar", "Grids and motion against exact truth", "Obstacles", "Odometry", "Time", "GPU")
 ACCURACY = ("Grids against lidar", "Grids and motion against exact truth", "Obstacles")
 # data on which the ray weights are fitted (src/observation/rays/weights.hpp) and options were chosen
 FITTED = re.compile(r"\b(kitti_odo04|kitti_raw0009|B[- ]crossing|C[- ]street|E[- ]like KITTI|E-kitti-like)\b")
