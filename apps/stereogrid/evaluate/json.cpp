@@ -7,6 +7,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "evaluate/figures.hpp"
 #include "evaluate/output.hpp"
 #include "stereogrid/pipeline.hpp"
 
@@ -66,29 +67,6 @@ Json frames_of(const evaluation::Scores& scores, evaluation::Band band) {
   return frames;
 }
 
-Json json_of(const evaluation::MotionSummary& m) {
-  return {{"sightings", m.sightings},
-          {"found", m.found},
-          {"speed_error_mps", number(m.speed_error_mps)},
-          {"direction_error_deg", number(m.direction_error_deg)},
-          {"velocity_error_mps", number(m.velocity_error_mps)},
-          {"id_switches", m.id_switches},
-          {"standing_obstacles", m.standing_obstacles},
-          {"standing_with_speed", number(m.standing_with_speed)},
-          {"moving_cells", m.moving_cells},
-          {"cell_velocity_error_mps", number(m.cell_velocity_error_mps)},
-          {"static_cells", m.static_cells},
-          {"static_moving", number(m.static_moving)},
-          {"left_cells", m.left_cells},
-          {"ghost_s", number(m.ghost_s)},
-          {"gone_within_half_second", number(m.gone_within_half_second)},
-          {"hidden_episodes", m.hidden_episodes},
-          {"hidden_frames", m.hidden_frames},
-          {"hidden_alive", number(m.hidden_alive)},
-          {"hidden_s", number(m.hidden_s)},
-          {"survived_s", number(m.survived_s)}};
-}
-
 Json json_of(const Series& series) {
   Json bands;
   Json frames;
@@ -102,7 +80,7 @@ Json json_of(const Series& series) {
     frames[key] = frames_of(series.scores, band);
   }
   Json json{{"bands", bands}, {"frames", frames}};
-  if (series.motion) json["motion"] = json_of(series.motion->summary());
+  if (series.motion) json["motion"] = values_of(series.motion->summary(), motion_figures);
   const evaluation::TerrainSummary terrain{series.terrain.summary()};
   if (terrain.frames > 0) json["terrain"] = app::json_of(terrain);
   return json;

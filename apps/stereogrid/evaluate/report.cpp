@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "connect/assets.hpp"
+#include "evaluate/figures.hpp"
 #include "evaluate/output.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/json_text.hpp"
@@ -26,7 +27,12 @@ std::string text_of(const std::vector<server::Asset>& assets, std::string_view p
 }  // namespace
 
 void write_report(const std::filesystem::path& path, const nlohmann::ordered_json& evaluation) {
-  std::string data{io::json_text(evaluation)};
+  nlohmann::ordered_json with_titles(evaluation);
+  with_titles["figures"] = {{"motion", declarations_of(motion_figures)},
+                            {"things", declarations_of(thing_figures)},
+                            {"tracking", declarations_of(tracking_figures)},
+                            {"errors", declarations_of(error_figures)}};
+  std::string data{io::json_text(with_titles)};
   replace_all(data, "<", "\\u003c");  // a name must neither end the script element nor begin another
   const auto viewer{viewer_assets()};
   const auto report{report_assets()};

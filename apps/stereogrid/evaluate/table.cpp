@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "evaluate/figures.hpp"
 #include "evaluate/output.hpp"
 
 namespace stereogrid::app {
@@ -50,38 +51,6 @@ std::string bands_of(const Json& bands) {
   return text;
 }
 
-std::string line(std::string_view title, const Json& value, std::string_view unit) {
-  return fmt::format("  {:<48}{:>12} {}\n", title, value.is_null() ? "–" : fmt::format("{:.3f}", value.get<double>()),
-                     unit);
-}
-
-std::string motion_of(const Json& motion) {
-  const auto of = [&](const char* part, const char* whole) {
-    return fmt::format("{} of {}", motion.at(part).dump(), motion.at(whole).dump());
-  };
-  std::string text{"\nmotion (medians of moving objects, from 1 s on)\n"};
-  text += fmt::format("  {:<48}{:>12}\n", "moving objects found", of("found", "sightings"));
-  text += fmt::format("  {:<48}{:>12}\n", "found under another id than before", motion.at("id_switches").dump());
-  text += line("speed error", motion.at("speed_error_mps"), "m/s");
-  text += line("direction error", motion.at("direction_error_deg"), "deg");
-  text += line("velocity error", motion.at("velocity_error_mps"), "m/s");
-  text +=
-      line(fmt::format("share of {} obstacles away from movers above 1 m/s", motion.at("standing_obstacles").dump()),
-           motion.at("standing_with_speed"), "");
-  text += line(fmt::format("velocity error of {} moving cells", motion.at("moving_cells").dump()),
-               motion.at("cell_velocity_error_mps"), "m/s");
-  text += line(fmt::format("share of {} static cells that seem to move", motion.at("static_cells").dump()),
-               motion.at("static_moving"), "");
-  text += line(fmt::format("ghost time of {} cells left", motion.at("left_cells").dump()), motion.at("ghost_s"), "s");
-  text += line("share of them gone within half a second", motion.at("gone_within_half_second"), "");
-  text += line(fmt::format("survival of {} hidden objects", motion.at("hidden_episodes").dump()),
-               motion.at("survived_s"), "s");
-  text += line("they were hidden for", motion.at("hidden_s"), "s");
-  text += line(fmt::format("share of {} hidden frames with mean p ≥ 0.5", motion.at("hidden_frames").dump()),
-               motion.at("hidden_alive"), "");
-  return text;
-}
-
 }  // namespace
 
 std::string table_of(const Json& evaluation) {
@@ -91,7 +60,7 @@ std::string table_of(const Json& evaluation) {
   }
   for (const auto& [name, series] : evaluation.at("series").items()) {
     text += fmt::format("\n{}\n", name) + bands_of(series.at("bands"));
-    if (series.contains("motion")) text += motion_of(series.at("motion"));
+    if (series.contains("motion")) text += "\nmotion\n" + lines_of(series.at("motion"), motion_figures);
     if (series.contains("terrain")) text += terrain_table_of(series.at("terrain"));
   }
   if (evaluation.contains("obstacles")) text += obstacles_table_of(evaluation.at("obstacles"));

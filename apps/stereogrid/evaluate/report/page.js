@@ -69,53 +69,31 @@ function overview(filled) {
     <tbody>${names.map((name, index) => filled.map(band => row(name, index, band)).join('')).join('')}</tbody></table></div>`;
 }
 
+// Figures are declared in evaluate/figures.hpp: title with its unit, value with its whole.
+const label = figure => escaped(figure.title + (figure.unit ? `, ${figure.unit}` : ''));
+const of = (whole, unit = '') => ` <small>${unit ? `(${whole})` : `of ${whole}`}</small>`;
+const shown = (figure, values) => (figure.is_count ? values[figure.name] ?? '–' : digits(values[figure.name])) +
+  (figure.whole ? of(values[figure.whole], figure.unit) : '');
+
 function motion() {
   const moving = names.filter(name => data.series[name].motion);
   if (!moving.length) return '';
-  const rows = [
-    ['moving objects found, from 1 s on', m => `${m.found} of ${m.sightings}`], ['speed error, median, m/s', m => digits(m.speed_error_mps)],
-    ['direction error, median, °', m => digits(m.direction_error_deg)], ['velocity error, median, m/s', m => digits(m.velocity_error_mps)],
-    ['velocity error of moving cells, median, m/s', m => `${digits(m.cell_velocity_error_mps)} <small>${m.moving_cells} cells</small>`],
-    ['static cells that seem to move', m => `${digits(m.static_moving)} <small>${m.static_cells} cells</small>`],
-    ['ghost time of cells left, median, s', m => `${digits(m.ghost_s)} <small>${m.left_cells} cells</small>`],
-    ['gone within half a second', m => digits(m.gone_within_half_second)],
-    ['hidden objects: survival, median, s', m => `${digits(m.survived_s)} <small>of ${digits(m.hidden_s)} hidden, ${m.hidden_episodes} times</small>`],
-    ['hidden frames with mean p ≥ 0.5', m => `${digits(m.hidden_alive)} <small>${m.hidden_frames} frames</small>`],
-  ];
+  const row = figure => `<tr><td>${label(figure)}</td>${moving.map(n => `<td>${shown(figure, data.series[n].motion)}</td>`).join('')}</tr>`;
   return `<h2>Motion</h2><div class="scroll"><table><thead><tr><th></th>${moving.map(n => `<th>${swatch(names.indexOf(n))}${escaped(n)}</th>`).join('')}</tr></thead>
-    <tbody>${rows.map(([text, of]) => `<tr><td>${text}</td>${moving.map(n => `<td>${of(data.series[n].motion)}</td>`).join('')}</tr>`).join('')}</tbody></table></div>`;
+    <tbody>${data.figures.motion.map(row).join('')}</tbody></table></div>`;
 }
 
-/** What `evaluate` says of obstacles; nothing where they were not scored. */
+/** Scores of obstacles; empty if they were not scored. */
 function obstacles() {
   const o = data.obstacles;
   if (!o) return '';
-  const t = o.tracking, e = o.errors, count = value => value ?? '–', of = text => ` <small>${text}</small>`;
-  const kinds = Object.entries(o.by_kind).map(([kind, k]) => [`&emsp;${escaped(kind)}`, digits(k.separate) + of(`of ${k.things}`)]);
-  const groups = [
-    ['things, 3–20 m ahead, from 1 s on', [
-      ['with an obstacle of their own', digits(o.separate) + of(`of ${o.things}`)], ...kinds,
-      ['held by any outline', digits(o.found)], ['held by extended outlines only', digits(o.in_extended)],
-      ['merged with another thing', digits(o.merged)], ['split over several obstacles', digits(o.split)],
-      ['free cells inside outlines', digits(o.free_covered) + of(`of ${o.free_cells}`)],
-      ['moving obstacles where nothing moves', digits(o.moving_wrong) + of(`of ${o.moving}`)],
-      ['velocity error of things that move, median, m/s', digits(o.speed_error_mps)],
-      ['area, median and 90 %, m²', `${digits(o.area_median_m2)} and ${digits(o.area_p90_m2)}`],
-      ['corners of an outline, turns per metre', `${digits(o.corners)} and ${digits(o.turns_per_m)}`]]],
-    ['followed', [
-      ['MOTA', digits(t.mota)], ['MOTP, mean distance of centres, m', digits(t.motp_m)], ['IDF1', digits(t.idf1)], ['IDP', digits(t.idp)],
-      ['IDR', digits(t.idr)], ['misses', t.misses + of(`of ${t.objects}`)], ['false positives', count(t.false_positives)],
-      ['id switches', t.id_switches], ['fragmentations', t.fragmentations],
-      ['mostly tracked, mostly lost', `${t.mostly_tracked}, ${t.mostly_lost}` + of(`of ${t.tracks}`)]]],
-    [`matched, medians of ${e.matches}`, [
-      ['error of the centre, m', digits(e.centre_m)], ['error of the distance to the nearest edge, m', digits(e.nearest_edge_m)],
-      ['mean distance of near sides, σ', digits(e.near_side_sigmas)],
-      ['error of length and width, m', `${digits(e.length_m)} and ${digits(e.width_m)}`],
-      ['speed error, m/s', digits(e.speed_mps) + of(`of ${e.movers} that move`)],
-      ['heading error, °', digits(e.heading_deg) + of(`of ${e.headings} that are said to move`)]]],
-  ];
-  const rows = groups.map(([text, lines]) => `<tr class="group"><td colspan="2">${text}</td></tr>${
-    lines.map(([name, value]) => `<tr><td>${name}</td><td>${value}</td></tr>`).join('')}`);
+  const kinds = Object.entries(o.by_kind).map(([kind, k]) => [`${escaped(kind)} with an obstacle of its own`, digits(k.separate) + of(k.things)]);
+  const lines = (figures, values) => figures.map(figure => [label(figure), shown(figure, values)]);
+  const groups = [['things, 3–20 m ahead, from 1 s on', [...lines(data.figures.things, o), ...kinds]],
+                  ['followed', lines(data.figures.tracking, o.tracking)],
+                  [`matched, medians of ${o.errors.matches}`, lines(data.figures.errors, o.errors)]];
+  const rows = groups.map(([text, inner]) => `<tr class="group"><td colspan="2">${text}</td></tr>${
+    inner.map(([name, value]) => `<tr><td>${name}</td><td>${value}</td></tr>`).join('')}`);
   return `<h2>Obstacles</h2><div class="scroll"><table><tbody>${rows.join('')}</tbody></table></div>`;
 }
 
