@@ -135,6 +135,13 @@ class Rules(unittest.TestCase):
             self.assertEqual(len(self.found(f"{docs}other.md", text + "\n")), 1, text)
         self.assertEqual(len(self.found("src/new.cpp", f"// {docs}page.md §4\n")), 1)
 
+    def test_links_to_pages_that_the_site_generates(self):
+        docs = "docs" + "/"
+        self.assertEqual(len(self.found(f"{docs}other.md", "[a](results.md)\n")), 1)
+        self.write("scripts/results.py", "print('# Measured\\n\\n## On a GPU')\n")
+        for text, faults in (("[a](results.md)", 0), ("[a](results.md#on-a-gpu)", 0), ("[a](results.md#elsewhere)", 1)):
+            self.assertEqual(len(self.found(f"{docs}other.md", text + "\n")), faults, text)
+
     def assert_language(self, name, text, rule):
         found = language.findings(name, text)
         self.assertEqual([line.split(": ")[1] for line in found], [rule] if rule else [], text)
