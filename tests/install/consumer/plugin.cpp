@@ -1,7 +1,25 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Plugin of a host program without stereogrid.
+// Plugin of a host program without stereogrid; with HOST that program.
+#ifdef HOST
+
+#include <dlfcn.h>
+
+#include <cstdio>
+
+int main(int, char** arguments) {
+  void* const plugin{dlopen(arguments[1], RTLD_NOW | RTLD_LOCAL)};
+  void* const function{plugin == nullptr ? nullptr : dlsym(plugin, "plugin_works")};
+  if (function == nullptr) {
+    std::printf("%s\n", dlerror());
+    return 1;
+  }
+  return reinterpret_cast<int (*)()>(function)() == 1 ? 0 : 1;
+}
+
+#else
+
 #include <stereogrid/error.hpp>
 #include <stereogrid/pipeline.hpp>
 
@@ -17,3 +35,5 @@ extern "C" __attribute__((visibility("default"))) int plugin_works() {
   }
   return 0;
 }
+
+#endif

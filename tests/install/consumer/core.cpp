@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A textured wall 8 m ahead, made without any other library, has to come out as occupied cells 8 m ahead. What the
-// library throws has to be caught here.
+// A textured wall 8 m ahead, made without any other library, has to come out as occupied cells 8 m ahead. Exceptions of
+// the library have to be caught here. With the argument "cuda": started with an emulated libstereogrid_cuda.so that
+// finds no GPU; an exception of that library crosses the core's border, too.
 #include <stereogrid/error.hpp>
 #include <stereogrid/level_mapping.hpp>
 #include <stereogrid/pipeline.hpp>
@@ -13,6 +14,8 @@
 #include <cstdint>
 #include <cstdio>
 #include <random>
+#include <string>
+#include <string_view>
 #include <vector>
 
 namespace {
@@ -46,9 +49,21 @@ bool is_refused(const stereogrid::Rig& rig) {
   return false;
 }
 
+int find_no_gpu() {
+  try {
+    const stereogrid::Pipeline pipeline{
+        stereogrid::preset("default"), small_rig(), {.back_end = stereogrid::BackEnd::cuda}};
+  } catch (const stereogrid::DeviceError& error) {
+    std::printf("%s\n", error.what());
+    return std::string{error.what()}.find("No NVIDIA GPU was found") != std::string::npos ? 0 : 1;
+  }
+  return 1;
+}
+
 }  // namespace
 
-int main() {
+int main(int argc, char** argv) {
+  if (argc > 1 && std::string_view{argv[1]} == "cuda") return find_no_gpu();
   const stereogrid::Rig rig{small_rig()};
   stereogrid::Pipeline pipeline{stereogrid::preset("default"), rig, {.threads = 2}};
   const stereogrid::FrameResult& result{pipeline.process(wall(rig))};
