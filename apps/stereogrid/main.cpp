@@ -22,7 +22,7 @@ void describe(CLI::App& tool, int& exit_code) {
       "Examples:\n"
       "  stereogrid run scene:street --out /tmp/street --pictures\n"
       "  stereogrid run drives/0009 --out runs/0009 --set grid.length_m=30 --video runs/0009.mp4\n"
-      "  stereogrid export runs/0009 --nav2-map maps/0009 --csv tables/0009\n"
+      "  stereogrid export runs/0009 --nav2-map maps/0009 --laserscan scans/0009.csv\n"
       "  stereogrid info drives/0009");
   tool.require_subcommand(0, 1);
   tool.callback([&tool] {

@@ -21,7 +21,6 @@ namespace {
 using messages::sensor_msgs::LaserScan;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using ::testing::StartsWith;
 using Row = std::map<std::string, std::string>;
 
 /// Splits fields without quotation marks.
@@ -46,10 +45,6 @@ std::vector<Row> rows_of(const fs::path& csv) {
     rows.push_back(row);
   }
   return rows;
-}
-
-double number(const Row& row, const std::string& name) {
-  return std::stod(row.at(name));
 }
 
 /// A map as map_server has it: 100, 0 or −1 of each cell, from the corner of the smallest x and y.
@@ -146,73 +141,6 @@ TEST_F(Export, ScansAreThoseOfTheRecording) {
   }
 }
 
-TEST_F(Export, FramesAndObstaclesAreThoseOfTheLines) {
-  run_well(words({"--csv", at("csv")}));
-  const std::vector<Json> lines(lines_of(run()));
-  const std::vector<Row> frames{rows_of(*folder / "csv" / "frames.csv")};
-  const std::vector<Row> obstacles{rows_of(*folder / "csv" / "obstacles.csv")};
-  EXPECT_THAT(
-      text_of(*folder / "csv" / "obstacles.csv"),
-      StartsWith("index,name,stamp_ns,id,kind,x_m,y_m,world_x_m,world_y_m,vx_mps,vy_mps,length_m,width_m,height_m,"
-                 "yaw_rad,yaw_rate_radps,length_sigma_m,width_sigma_m,yaw_sigma_rad,age_s,unseen_s,occupancy,"
-                 "confirmed,moving,coasting,position_xx_m2,position_xy_m2,position_yy_m2,velocity_xx_m2ps2,"
-                 "velocity_xy_m2ps2,velocity_yy_m2ps2\n"));
-  ASSERT_EQ(frames.size(), lines.size());
-  auto obstacle{obstacles.begin()};
-  for (std::size_t i{0}; i < lines.size(); ++i) {
-    const Json& line{lines[i]};
-    EXPECT_EQ(frames[i].at("index"), std::to_string(i + 2));
-    EXPECT_EQ(frames[i].at("name"), line["name"]);
-    EXPECT_EQ(frames[i].at("stamp_ns"), std::to_string(line["stamp_ns"].get<std::int64_t>()));
-    EXPECT_EQ(number(frames[i], "x_m"), line["pose"]["x_m"]);
-    EXPECT_EQ(number(frames[i], "total_ms"), line["timing_ms"]["total"]);
-    EXPECT_EQ(number(frames[i], "obstacles"), static_cast<double>(line["obstacles"].size()));
-    for (const Json& told : line["obstacles"]) {
-      ASSERT_NE(obstacle, obstacles.end());
-      EXPECT_EQ(obstacle->at("index"), frames[i].at("index"));
-      for (const char* key : {"id", "x_m", "y_m", "vx_mps", "vy_mps", "length_m", "width_m", "height_m", "yaw_rad",
-                              "age_s", "unseen_s", "occupancy"}) {
-        EXPECT_EQ(number(*obstacle, key), told[key]) << key;
-      }
-      EXPECT_EQ(obstacle->at("kind"), told["kind"]);
-      EXPECT_EQ(obstacle->at("confirmed") == "1", told["confirmed"]);
-      EXPECT_EQ(number(*obstacle, "velocity_xx_m2ps2"), told["velocity_covariance"][0]);
-      const Pose2 pose{line["pose"]["x_m"], line["pose"]["y_m"], line["pose"]["yaw_rad"]};
-      EXPECT_EQ(number(*obstacle, "world_y_m"), (pose * Point2{told["x_m"], told["y_m"]}).y);
-      ++obstacle;
-    }
-  }
-  EXPECT_EQ(obstacle, obstacles.end());
-  EXPECT_FALSE(obstacles.empty());
-}
-
-TEST_F(Export, TheCellsAreThoseOfTheChosenFrame) {
-  run_well(words({"--csv", at("cells"), "--frame", "4", "--nav2-map", at("cells")}));
-  const std::vector<Row> rows{rows_of(*folder / "cells" / "grid.csv")};
-  const Image<float> occupancy{grids(4).at("occupancy").to_image<float>()};
-  ASSERT_EQ(rows.size(), occupancy.size());
-  const Json grid(json_of(run() / "run.json")["grid"]);
-  for (std::size_t i{0}; i < rows.size(); i += 97) {
-    const int ix{std::stoi(rows[i].at("ix"))};
-    const int iy{std::stoi(rows[i].at("iy"))};
-    EXPECT_EQ(std::stof(rows[i].at("occupancy")), occupancy(ix, iy));
-    EXPECT_NEAR(number(rows[i], "y_m"), grid["y_min_m"].get<double>() + (iy + 0.5) * grid["cell_size_m"].get<double>(),
-                1e-4);
-  }
-  EXPECT_TRUE(fs::exists(*folder / "cells" / "map.yaml"));
-}
-
-TEST_F(Export, QuotesNamesThatHoldCommas) {
-  const fs::path odd{*folder / "odd"};
-  fs::copy(run(), odd, fs::copy_options::recursive);
-  std::string lines{text_of(odd / "frames.jsonl")};
-  const std::string name{"\"name\":\"000002\""};
-  lines.replace(lines.find(name), name.size(), "\"name\":\"a,\\\"b\"");
-  std::ofstream{odd / "frames.jsonl"} << lines;
-  run_well({"export", odd.string(), "--csv", at("odd_csv")});
-  EXPECT_THAT(text_of(*folder / "odd_csv" / "frames.csv"), HasSubstr("\n2,\"a,\"\"b\",200000000,"));
-}
-
 struct Refused {
   std::vector<std::string> words;
   int exit_code;
@@ -224,13 +152,13 @@ TEST_F(Export, RefusesWhatCannotBe) {
   fs::create_directories(*folder / "there");
   std::ofstream{*folder / "there" / "map.pgm"} << "mine";
   const std::vector<Refused> all{
-      {words({}), 64, "one or more of --nav2-map DIR, --laserscan FILE.csv and --csv DIR"},
+      {words({}), 64, "Give --nav2-map DIR, --laserscan FILE.csv or both"},
       {words({"--frame", "3", "--laserscan", at("never")}), 64, "--frame chooses the grid of"},
-      {words({"--frame", "7", "--csv", at("never")}), 64, "Its frames are 2 to 6."},
-      {words({"--frame", "-1", "--csv", at("never")}), 64, "-1 is no whole number"},
-      {words({"--laserscan", at("mine.csv"), "--csv", at("never")}), 64, "mine.csv is there already"},
+      {words({"--frame", "7", "--nav2-map", at("never")}), 64, "Its frames are 2 to 6."},
+      {words({"--frame", "-1", "--nav2-map", at("never")}), 64, "-1 is no whole number"},
+      {words({"--laserscan", at("mine.csv"), "--nav2-map", at("never")}), 64, "mine.csv is there already"},
       {words({"--nav2-map", at("there")}), 64, "map.pgm is there already"},
-      {{"export", folder->path().string(), "--csv", at("never")}, 65, "run.json"}};
+      {{"export", folder->path().string(), "--laserscan", at("never")}, 65, "run.json"}};
   for (const Refused& refused : all) {
     const Outcome outcome{run_tool(refused.words)};
     EXPECT_EQ(outcome.exit_code, refused.exit_code) << outcome.errors;
@@ -244,7 +172,7 @@ TEST_F(Export, WritesNothingWhereAGridIsDamaged) {
   const fs::path damaged{*folder / "damaged"};
   fs::copy(run(), damaged, fs::copy_options::recursive);
   std::ofstream{damaged / "grids" / "000006.npz"} << "no grid";
-  for (const char* option : {"--laserscan", "--nav2-map", "--csv"}) {
+  for (const char* option : {"--laserscan", "--nav2-map"}) {
     EXPECT_THAT(errors_of(65, {"export", damaged.string(), option, at("none")}), HasSubstr("000006.npz"));
     EXPECT_FALSE(fs::exists(*folder / "none"));
   }

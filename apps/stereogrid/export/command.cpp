@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
@@ -10,13 +11,11 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "cli/commands.hpp"
 #include "cli/option_checks.hpp"
 #include "cli/progress.hpp"
-#include "export/tables.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/nav2_map.hpp"
@@ -34,14 +33,7 @@ struct Options {
   std::string run;
   std::string nav2_map;
   std::string laser_scan;
-  std::string csv;
   std::optional<std::uint64_t> frame;
-};
-
-/// A file that is to be written.
-struct Output {
-  fs::path path;
-  std::string text;
 };
 
 fs::path map_of(const Options& options) {
@@ -55,21 +47,17 @@ void refuse_to_replace(const char* option, const fs::path& file) {
 }
 
 void check(const Options& options) {
-  if (options.nav2_map.empty() && options.laser_scan.empty() && options.csv.empty()) {
-    throw ConfigError{
-        "export needs to know what to write: one or more of --nav2-map DIR, --laserscan FILE.csv and --csv DIR."};
+  if (options.nav2_map.empty() && options.laser_scan.empty()) {
+    throw ConfigError{"export has nothing to write. Give --nav2-map DIR, --laserscan FILE.csv or both."};
   }
-  if (options.frame && options.nav2_map.empty() && options.csv.empty()) {
-    throw ConfigError{"--frame chooses the grid of --nav2-map and --csv, but neither is given; --laserscan has all."};
+  if (options.frame && options.nav2_map.empty()) {
+    throw ConfigError{"--frame chooses the grid of --nav2-map, which is not given; --laserscan has all frames."};
   }
   if (!options.nav2_map.empty()) {
     refuse_to_replace("--nav2-map", map_of(options));
     refuse_to_replace("--nav2-map", map_of(options).replace_extension(".pgm"));
   }
   if (!options.laser_scan.empty()) refuse_to_replace("--laserscan", options.laser_scan);
-  for (const char* const name : {"frames.csv", "obstacles.csv", "grid.csv"}) {
-    if (!options.csv.empty()) refuse_to_replace("--csv", fs::path{options.csv} / name);
-  }
 }
 
 const io::RunFrame& chosen_frame(const io::RunReader& run, const Options& options) {
@@ -84,27 +72,32 @@ const io::RunFrame& chosen_frame(const io::RunReader& run, const Options& option
                                     : ", without those that were skipped (run.json)")};
 }
 
-/// Tables with a line for each frame.
-std::vector<Output> tables_of_all_frames(const io::RunReader& run, const Options& options) {
-  Output frames{fs::path{options.csv} / "frames.csv", frame_header()};
-  Output obstacles{fs::path{options.csv} / "obstacles.csv", obstacle_header()};
-  Output scans{options.laser_scan, ""};
+/// A header line with a column for each beam.
+std::string scan_header(std::size_t beams) {
+  std::string line{"stamp_ns,angle_min,angle_max,angle_increment,range_min,range_max"};
+  for (std::size_t i{0}; i < beams; ++i) line += fmt::format(",range_{}", i);
+  return line + '\n';
+}
+
+/// Numbers have as many digits as bring the same number back; inf and nan are spelled so, which NumPy and pandas read.
+std::string scan_row(const io::RunFrame& frame, const messages::sensor_msgs::LaserScan& scan) {
+  return fmt::format("{},{},{},{},{},{},{}\n", frame.stamp_ns, scan.angle_min, scan.angle_max, scan.angle_increment,
+                     scan.range_min, scan.range_max, fmt::join(scan.ranges, ","));
+}
+
+/// Comma-separated values (docs/format.md), a line for each frame.
+std::string scans_of(const io::RunReader& run) {
+  std::string text;
   messages::sensor_msgs::LaserScan scan;
   Progress progress{"frames", run.frames().size()};
   std::size_t done{0};
   for (const io::RunFrame& frame : run.frames()) {
     progress.update(done++);
-    frames.text += frame_row(frame);
-    obstacles.text += obstacle_rows(frame);
-    if (options.laser_scan.empty()) continue;
     messages::fill(scan, run.rig_of(frame), run.grid(), run.occupancy(frame.name).view());
-    if (scans.text.empty()) scans.text = scan_header(scan);
-    scans.text += scan_row(frame, scan);
+    if (text.empty()) text = scan_header(scan.ranges.size());
+    text += scan_row(frame, scan);
   }
-  std::vector<Output> outputs;
-  if (!options.csv.empty()) outputs = {std::move(frames), std::move(obstacles)};
-  if (!options.laser_scan.empty()) outputs.push_back(std::move(scans));
-  return outputs;
+  return text;
 }
 
 void make_folder_of(const fs::path& file) {
@@ -116,16 +109,14 @@ int export_run(const Options& options) {
   check(options);
   const io::RunReader run{options.run};
   const io::RunFrame& frame{chosen_frame(run, options)};
-  std::vector<Output> outputs{tables_of_all_frames(run, options)};
-  if (!options.csv.empty()) {
-    outputs.push_back({fs::path{options.csv} / "grid.csv", grid_table(run.grid(), run.grids(frame.name))});
-  }
+  std::string scans;
+  if (!options.laser_scan.empty()) scans = scans_of(run);
   std::optional<io::RunWorldGrid> map;
   if (!options.nav2_map.empty()) map = run.world_grid(frame.name);
-  for (const Output& output : outputs) {
-    make_folder_of(output.path);
-    io::write_file(output.path, output.text);
-    spdlog::info("{}", io::printable_path(output.path));
+  if (!options.laser_scan.empty()) {
+    make_folder_of(options.laser_scan);
+    io::write_file(options.laser_scan, scans);
+    spdlog::info("{}", io::printable_path(options.laser_scan));
   }
   if (map) {
     make_folder_of(map_of(options));
@@ -139,7 +130,7 @@ int export_run(const Options& options) {
 
 void add_export_command(CLI::App& tool, int& exit_code) {
   auto options{std::make_shared<Options>()};
-  CLI::App* command{tool.add_subcommand("export", "Convert a run to maps, scans and tables (docs/format.md).")};
+  CLI::App* command{tool.add_subcommand("export", "Convert a run to maps and laser scans (docs/format.md).")};
   command->add_option("RUN_DIR", options->run, "Folder of `stereogrid run --out`.")->type_name(" ")->required();
   command
       ->add_option("--nav2-map", options->nav2_map,
@@ -150,14 +141,7 @@ void add_export_command(CLI::App& tool, int& exit_code) {
           "--laserscan", options->laser_scan,
           "Write the nearest obstacle of each bearing, a line per frame, with the values of sensor_msgs/LaserScan.")
       ->type_name("FILE.csv");
-  command
-      ->add_option("--csv", options->csv,
-                   "Write frames.csv (pose, status, times), obstacles.csv (of each frame) and grid.csv (the "
-                   "cells of a frame).")
-      ->type_name("DIR");
-  command
-      ->add_option("--frame", options->frame,
-                   "Index of the frame in frames.jsonl, for one-frame outputs. Default: the last one.")
+  command->add_option("--frame", options->frame, "Index of the map's frame in frames.jsonl. Default: the last one.")
       ->type_name("N")
       ->check(whole_number(0, io::largest_index), "[0 - 1000000000]");
   command->callback([options, &exit_code] { exit_code = export_run(*options); });

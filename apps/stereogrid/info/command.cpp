@@ -34,7 +34,6 @@ constexpr std::size_t frames_looked_at{50};
 struct Options {
   InputOptions input;
   ConfigOptions config;
-  bool all_frames{false};
   std::string proposed_mask;
 };
 
@@ -205,7 +204,7 @@ int show(const Options& options) {
   if (input.recording != nullptr) print_recording(*input.recording);
   print_stamps(input);
   print_plan(config, rig);
-  Look look{look_at_frames(input, config, options.all_frames ? frames : frames_looked_at)};
+  Look look{look_at_frames(input, config, frames_looked_at)};
   print_look(look, frames, config);
   if (input.recording != nullptr) {
     const auto& warnings{input.recording->contents().warnings};
@@ -225,8 +224,6 @@ void add_info_command(CLI::App& tool, int& exit_code) {
       tool.add_subcommand("info", "Contents and faults of an input, and the files that a run would use.")};
   add_input_options(*command, options->input);
   add_config_options(*command, options->config);
-  command->add_flag("--all-frames", options->all_frames,
-                    fmt::format("Load every frame, not {} spread over the drive.", frames_looked_at));
   command
       ->add_option("--propose-mask", options->proposed_mask,
                    "Go through the whole drive, look for what shows the vehicle itself at the lower edge of the image, "

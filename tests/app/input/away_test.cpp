@@ -94,7 +94,7 @@ TEST_F(Away, ARunThatIsEvaluatedOrExported) {
   run_well({"run", drive.string(), "--out", run.string()});
   expect_try_again({"evaluate", run.string()}, run);
   expect_try_again({"evaluate", run.string()}, drive, few);
-  expect_try_again({"export", run.string(), "--csv", path("out").string()}, run);
+  expect_try_again({"export", run.string(), "--laserscan", path("out").string()}, run);
 }
 
 }  // namespace

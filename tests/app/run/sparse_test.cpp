@@ -167,7 +167,6 @@ TEST(Sparse, WhatNeedsAnotherLayerSaysSo) {
                      ", which is needed here; it has occupancy, age_s, velo");
   };
   EXPECT_THAT(complaint({"evaluate"}), expected("observed"));
-  EXPECT_THAT(complaint({"export", "--csv", (folder / "tables").string()}), expected("observed"));
   EXPECT_THAT(complaint({"export", "--nav2-map", (folder / "map").string()}), expected("world_occupancy"));
   run_well({"export", run.string(), "--laserscan", (folder / "scan.csv").string()});
   const fs::path small{folder / "small"};

@@ -6,13 +6,12 @@
 
 namespace stereogrid::io {
 
-/// A field of an obstacle in frames.jsonl and in tables.
+/// A field of an obstacle in frames.jsonl.
 struct ObstacleField {
   const char* name;
-  bool is_required{true};       ///< false: missing in runs of older versions, which leave the default
-  double largest{1e6};          ///< largest magnitude of a number that is read
-  double steps{1000};           ///< compact lines round numbers to 1/steps
-  const char* square_unit{""};  ///< unit of a covariance, as names of columns have it
+  bool is_required{true};  ///< false: missing in runs of older versions, which leave the default
+  double largest{1e6};     ///< largest magnitude of a number that is read
+  double steps{1000};      ///< compact lines round numbers to 1/steps
 };
 
 /// Calls visit(ObstacleField, member) for every field, in the order of frames.jsonl (docs/format.md).
@@ -33,9 +32,8 @@ void visit_fields(AnyObstacle& o, Visit&& visit) {
   visit(ObstacleField{"moving", false}, o.moving);
   visit(ObstacleField{"coasting", false}, o.coasting);
   visit(ObstacleField{"unseen_s", false, longest_s}, o.unseen_s);
-  visit(ObstacleField{.name = "position_covariance", .is_required = false, .square_unit = "m2"}, o.position_covariance);
-  visit(ObstacleField{.name = "velocity_covariance", .is_required = false, .square_unit = "m2ps2"},
-        o.velocity_covariance);
+  visit(ObstacleField{.name = "position_covariance", .is_required = false}, o.position_covariance);
+  visit(ObstacleField{.name = "velocity_covariance", .is_required = false}, o.velocity_covariance);
   visit(ObstacleField{"kind", false}, o.kind);
   visit(ObstacleField{"height_m", false}, o.height_m);
   visit(ObstacleField{"outline_m", false}, o.outline);
