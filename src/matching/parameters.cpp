@@ -27,7 +27,7 @@ SpeckleSizes speckle_sizes(const MatchingConfig& config) {
 /// Above .2, occluded bands of the lidar drives become ambiguous.
 constexpr double ambiguous_cost_share{0.2};
 
-// Fitted by gradient descent on the log-loss of "right to a pixel" over the four kinds of truth that bench_accuracy
+// Fitted by gradient descent on the log-loss of "right to a pixel" over the four kinds of truth that a benchmark
 // reads (two lidar drives, two pairs, five rendered sequences; equal weight each), matches of the whole pipeline.
 ConfidenceModel confidence_model(const MatchingConfig& config) {
   if (config.method == MatchingMethod::semi_global) {
