@@ -28,7 +28,7 @@ InformationSum prior() {
   return {{1 / (scale_sigma * scale_sigma), 0, 1 / (offset_sigma_px * offset_sigma_px)}, {}};
 }
 
-double dot(Point2 a, Point2 b) {
+double product_of(Point2 a, Point2 b) {
   return a.x * b.x + a.y * b.y;
 }
 
@@ -46,7 +46,7 @@ EgoError::EgoError(const Rig& rig, std::size_t points_reserved)
 // An offset δ of the disparity d makes a depth too large by the share δ/d, and its change by 2δ/d.
 Point2 EgoError::slope_at(const Motion& motion, Point2 place) const {
   const Point2 away{place.x - motion.place.x, place.y - motion.place.y};
-  return {motion.speed_mps, -2 * dot(motion.direction, away) / focal_baseline_pxm_ * motion.speed_mps};
+  return {motion.speed_mps, -2 * product_of(motion.direction, away) / focal_baseline_pxm_ * motion.speed_mps};
 }
 
 void EgoError::take_samples(const Motion& motion, std::span<const FlowVector> vectors) {
@@ -58,9 +58,9 @@ void EgoError::take_samples(const Motion& motion, std::span<const FlowVector> ve
     const Point2 away{vector.place.x - motion.place.x, vector.place.y - motion.place.y};
     const Point2 slope{slope_at(motion, vector.place)};
     const double variance{squared(vector.velocity_covariance, motion.direction)};
-    const double misfit_mps{dot(motion.direction, vector.velocity) - dot(slope, error)};
+    const double misfit_mps{product_of(motion.direction, vector.velocity) - product_of(slope, error)};
     if (!(misfit_mps * misfit_mps <= gate * gate * (variance + squared(covariance, slope)))) continue;
-    const double bearing_rad{std::atan2(dot(side, away), dot(motion.direction, away))};
+    const double bearing_rad{std::atan2(product_of(side, away), product_of(motion.direction, away))};
     samples_.push_back({static_cast<int>(std::floor(bearing_rad / sector_rad)), misfit_mps, variance, slope});
   }
   std::sort(samples_.begin(), samples_.end(), [](const Sample& a, const Sample& b) {
@@ -78,7 +78,7 @@ void EgoError::measure() {
     if (end - begin >= features_of_a_sector) {
       const Sample& middle{*(begin + (end - begin) / 2)};
       const double information{1 / (frames_of_a_place * middle.variance)};
-      const double measured_mps{middle.misfit_mps + dot(middle.slope, error)};
+      const double measured_mps{middle.misfit_mps + product_of(middle.slope, error)};
       frame.information = frame.information + outer(information, middle.slope);
       frame.weighted.x += information * measured_mps * middle.slope.x;
       frame.weighted.y += information * measured_mps * middle.slope.y;
@@ -106,7 +106,7 @@ void EgoError::correct(Point2 vehicle, double dt_s, std::vector<FlowVector>& vec
   const Point2 error{sum_.mean()};
   for (FlowVector& vector : vectors) {
     const Point2 slope{slope_at(motion, vector.place)};
-    const double seeming_mps{dot(slope, error)};
+    const double seeming_mps{product_of(slope, error)};
     vector.velocity.x -= seeming_mps * motion.direction.x;
     vector.velocity.y -= seeming_mps * motion.direction.y;
     vector.common_covariance = outer(squared(covariance, slope), motion.direction);
