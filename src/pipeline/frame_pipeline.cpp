@@ -51,7 +51,8 @@ void FramePipeline::process(const LevelFrame& frame, FrameResult& result) {
       cpu_, [&] { stages_->fit_plane(frame); }, [&] { return track_features(frame, grids.window, host.flow); })};
   state_.near.compare(matched(frame), before.expected, frame.world_from_vehicle, grids.window);
 
-  const auto [ground, is_aligned]{find_ground(frame, before, moment, std::cref(rematch))};
+  const FoundGround found{find_ground(frame, before, moment, std::cref(rematch))};
+  const GroundFit& ground{found.ground};
   const TerrainRules rules{find_terrain(frame, grids, ground, host.ground, result)};
   if (state_.terrain && frame.has_external_disparity()) match(frame, grids, {ground.plane, {}, &rules.relief});
 
@@ -63,7 +64,7 @@ void FramePipeline::process(const LevelFrame& frame, FrameResult& result) {
   const Rejection rejection{stages_->both(
       cpu_, [&] { filter(evidence, velocities); },
       [&] {
-        if (!is_aligned) align(frame, before.expected);
+        if (!found.is_aligned) align(frame, before.expected);
         return check(frame, ground, host.track);
       })};
   const Verdict verdict{
