@@ -17,7 +17,7 @@ struct Part {
 };
 constexpr Part parts[]{{"upload", StreamTimes::start, StreamTimes::uploaded},
                        {"match", StreamTimes::uploaded, StreamTimes::matched},
-                       {"ground", StreamTimes::matched, StreamTimes::ground_known},
+                       {"answer", StreamTimes::matched, StreamTimes::answered},
                        {"count", StreamTimes::resumed, StreamTimes::counted},
                        {"project", StreamTimes::counted, StreamTimes::projected},
                        {"filter", StreamTimes::projected, StreamTimes::filtered},
@@ -33,7 +33,7 @@ ChainResult run_chain(const Case& what, int frames) {
   std::vector<Samples> of_part(std::size(parts));
   for (int i{0}; i < frames; ++i) {
     drive.step(shown);
-    device.add(drive.times().between(StreamTimes::uploaded, StreamTimes::ground_known) +
+    device.add(drive.times().between(StreamTimes::uploaded, StreamTimes::answered) +
                drive.times().between(StreamTimes::resumed, StreamTimes::filtered));
     for (std::size_t p{0}; p < std::size(parts); ++p) {
       of_part[p].add(drive.times().between(parts[p].from, parts[p].to));

@@ -78,11 +78,11 @@ class STEREOGRID_EXPORT Pipeline {
   /// the result.
   ///
   /// Ground that contradicts the extrinsics makes a frame FrameStatus::road_unknown. Without
-  /// PipelineOptions::extrinsics_given the extrinsics are estimated from the first frames: 0.2 to 4 m above the ground,
-  /// pitch −10° to 35°, roll up to ±10°. When three frames agree, the third has a warning with the estimate, next_rig()
-  /// returns the rig with it, and the next frame is a first one of that rig, in the same world frame. Extrinsics that
-  /// have fitted three frames are replaced only after the vehicle has travelled four camera heights over ground that
-  /// contradicts them, near and far. A replacement allocates all stages again. Disabled without ground.estimate.
+  /// PipelineOptions::extrinsics_given the extrinsics are estimated: 0.12 to 4.5 m above the ground, pitch −12° to 45°,
+  /// roll up to ±12°. Until a frame determines them, or three agree, frames are road_unknown. That frame is processed
+  /// with them and has a warning with the estimate, and next_rig() returns the rig with it. Extrinsics that three
+  /// frames have confirmed are replaced only after the vehicle has travelled four camera heights over ground that
+  /// another plane explains better. A replacement allocates all stages again. Disabled without ground.estimate.
   ///
   /// Throws InputError for an invalid frame: it does not fit the rig, has the stamp of the frame before, a pose that is
   /// not finite or farther than 1e9 m from the origin, or invalid other grids. The state is then unchanged.

@@ -41,6 +41,20 @@ STEREOGRID_HD inline Ground ground_of(const Rig& rig, const RoadPlane& plane) {
   return {rig.baseline_m / length, std::asin(gz / length), std::atan2(plane.per_u, plane.per_v), true};
 }
 
+/// `ground` relative to a camera at the same place that is pitched down by `angle_rad` more.
+inline Ground seen_from(const Ground& ground, double angle_rad) {
+  // the unit vector to the ground in the camera frame, turned about its x axis
+  const double x{std::cos(ground.pitch_rad) * std::sin(ground.roll_rad)};
+  const double y{std::cos(ground.pitch_rad) * std::cos(ground.roll_rad)};
+  const double z{std::sin(ground.pitch_rad)};
+  const double turned_y{y * std::cos(angle_rad) - z * std::sin(angle_rad)};
+  const double turned_z{y * std::sin(angle_rad) + z * std::cos(angle_rad)};
+  Ground seen{ground};
+  seen.pitch_rad = std::asin(turned_z);
+  seen.roll_rad = std::atan2(x, turned_y);
+  return seen;
+}
+
 /// Derivatives of the road plane (at_centre, per_u, per_v) with respect to (height, pitch, roll).
 STEREOGRID_HD inline Matrix3 plane_by_ground(const Rig& rig, const Ground& ground) {
   const RoadPlane plane{road_plane(rig, ground)};

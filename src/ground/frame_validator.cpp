@@ -10,30 +10,18 @@
 #include <cstdlib>
 #include <numbers>
 
-#include "clamped_to_int.hpp"
 #include "geometry/match_lattice.hpp"
-#include "ground/extrinsics_search.hpp"
-#include "ground/fit.hpp"
+#include "ground/plane_numbers.hpp"
 
 namespace stereogrid {
 namespace {
 
-// Maximum time without a measurement of the road. Vans and bends hide it for shorter.
-constexpr double unmeasured_max_s{3};
 // Minimum share of texture that has matched. Real drives have 0.79 and more; invalid pairs have up to 0.23 (swapped,
 // vertically misaligned, noise) or 0.51 (a frame apart).
 constexpr double texture_matched_min{0.6};
 // Minimum difference of texture between neighbours, in grey levels and in noise sigmas: noise does not match.
 constexpr int texture_grey{4};
 constexpr double texture_sigmas{3};
-// Shares of the samples where road is expected. On real drives at least a quarter of them lies on the plane, and under
-// a tenth below it.
-constexpr double near_min{0.3};
-constexpr double below_max{0.3};
-constexpr double elsewhere_min{0.3};
-// Maximum width of ground below the plane in the vehicle's path: reflections and repeated texture give such matches.
-constexpr double falling_max_m{0.5};
-
 template <class Visit>
 void for_lattice(const MatchedFrame& frame, double first_row, const Visit& visit) {
   const MatchLattice lattice{frame.left.width, frame.left.height};
@@ -118,62 +106,6 @@ double share_of_texture_matched(const MatchedFrame& frame, double first_row, con
   return static_cast<double>(textured_matched) / textured;
 }
 
-namespace {
-
-// True: nearly all samples have the same disparity, so an upright surface fills the view. Disparities below `least_px`
-// are excluded, since all far surfaces lie within a pixel.
-bool are_one_surface(const std::vector<GroundSample>& samples) {
-  constexpr double nearly_all{0.8};
-  constexpr std::size_t least_px{5};
-  std::array<int, 258> counts{};  // [1 + disparity]
-  for (const GroundSample& sample : samples)
-    ++counts[static_cast<std::size_t>(1 + std::clamp(clamped_to_int(std::round(sample.disparity)), 0, 255))];
-  int most{0};
-  for (std::size_t k{1 + least_px}; k + 1 < counts.size(); ++k)
-    most = std::max(most, counts[k - 1] + counts[k] + counts[k + 1]);
-  return most >= nearly_all * static_cast<double>(samples.size());
-}
-
-}  // namespace
-
-bool contradict(const Rig& rig, const std::vector<GroundSample>& samples, const RoadPlane& plane) {
-  constexpr double near_px{1};
-  constexpr double below_share{0.1};  // relative to the expected disparity: roads are not flat
-  int all{0};
-  int near{0};
-  int below{0};
-  for (const GroundSample& sample : samples) {
-    const double expected_px{plane.disparity(sample.u, sample.v)};
-    if (expected_px <= 0) continue;
-    const double r{sample.disparity - expected_px};
-    ++all;
-    near += std::abs(r) < near_px ? 1 : 0;
-    below += r < -near_px - below_share * expected_px ? 1 : 0;
-  }
-  if (all < ground_samples_min || near >= near_min * all || are_one_surface(samples)) return false;
-  return below > below_max * all || has_better_plane(rig, samples, static_cast<int>(elsewhere_min * all), plane);
-}
-
-NearGround near_ground(const Rig& rig, const std::vector<GroundSample>& samples, const RoadPlane& nearest,
-                       const RoadPlane& plane, double near_part) {
-  constexpr double on_plane_px{0.7};
-  constexpr double on_plane_share{0.02};
-  constexpr double misfit_max_px{2};
-  const int last_row{rig.height_px - 1};
-  const double nearest_px{std::max(nearest.disparity(0, last_row), nearest.disparity(rig.width_px - 1, last_row))};
-  NearGround found;
-  for (const GroundSample& sample : samples) {
-    const double expected_px{nearest.disparity(sample.u, sample.v)};
-    if (expected_px <= 0 || expected_px < near_part * nearest_px) continue;
-    const double misfit_px{std::abs(sample.disparity - plane.disparity(sample.u, sample.v))};
-    ++found.samples;
-    found.on_plane += misfit_px < on_plane_px + on_plane_share * expected_px ? 1 : 0;
-    found.misfit_px += std::min(misfit_px, misfit_max_px);
-  }
-  found.misfit_px /= std::max(found.samples, 1);
-  return found;
-}
-
 double width_falling_away(const MatchedFrame& frame, const Rig& rig, const RoadPlane& plane) {
   constexpr double path_m{1};
   constexpr double descent{0.1051};  // tan 6°
@@ -221,40 +153,14 @@ bool has_few_matches(const MatchedFrame& frame, const Rig& level_rig, const Grou
   return share_of_texture_matched(frame, first_row, road, disparities, &right_of_left) < texture_matched_min;
 }
 
-FrameValidator::FrameValidator(const Rig& level_rig, const GroundConfig& config, int disparities)
-    : rig_{level_rig}, config_{config}, disparities_{disparities} {
-  samples_.reserve(samples_max(rig_));
-}
-
-Rejection FrameValidator::validate(const MatchedFrame& frame, const Ground& ground, double dt_s) {
-  Rejection rejection{reason_to_reject(frame, ground, dt_s)};
+Rejection check_images(const MatchedFrame& frame, const Rig& level_rig, const Ground& plane, int disparities) {
+  Rejection rejection;
+  if (has_few_matches(frame, level_rig, plane, disparities))
+    rejection.reason = are_identical(frame) ? Rejection::identical_images : Rejection::few_matches;
   if (frame.right.empty()) return rejection;
   const PairCounts counts{counts_of(frame)};
   rejection.exposure = exposure_of(counts.left, counts.right);
   return rejection;
-}
-
-Rejection::Reason FrameValidator::reason_to_reject(const MatchedFrame& frame, const Ground& ground, double dt_s) {
-  unmeasured_s_ += dt_s;
-  is_near_ground_known_ = false;
-  if (has_few_matches(frame, rig_, ground, disparities_)) {
-    return are_identical(frame) ? Rejection::identical_images : Rejection::few_matches;
-  }
-  if (!config_.estimate) return Rejection::none;
-  const RoadPlane plane{road_plane(rig_, ground)};
-  samples_.clear();
-  add_samples(frame, samples_);
-  std::erase_if(samples_, [&](const GroundSample& sample) { return !(plane.disparity(sample.u, sample.v) > 0); });
-  is_near_ground_known_ =
-      config_.model == GroundModel::terrain && near_ground(rig_, samples_, plane, plane, nearest_part).holds();
-  if (is_near_ground_known_) {
-    unmeasured_s_ = 0;
-    return Rejection::none;
-  }
-  if (contradict(rig_, samples_, plane)) return Rejection::plane_contradicted;
-  if (width_falling_away(frame, rig_, plane) > falling_max_m) return Rejection::falls_away;
-  if (ground.estimated) unmeasured_s_ = 0;
-  return unmeasured_s_ > unmeasured_max_s ? Rejection::road_not_seen : Rejection::none;
 }
 
 void report(const Rejection& rejection, FrameResult& result) {

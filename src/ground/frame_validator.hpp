@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "geometry/matches.hpp"
-#include "ground/ground.hpp"
+#include "ground/plane_numbers.hpp"
 #include "held_bytes.hpp"
 #include "stereogrid/exposure.hpp"
 #include "stereogrid/result.hpp"
@@ -21,9 +21,6 @@ struct MatchedFrame {
   const Matches& matches;
   View<const std::uint8_t> masked{};  ///< PixelMask: excluded pixels; empty: none
   bool is_external{false};            ///< the matches are external disparities
-  View<const float> obstacle{};       ///< disparities of all pixels, (H, W) px, 0 = none
-  View<const float> road{};
-  PlaneFit fit{};  ///< through the matches on the expected plane
 };
 
 /// Reason to reject the matches and the road plane of a frame, and the exposure of its images.
@@ -60,63 +57,30 @@ std::size_t samples_max(const Rig& level_rig);
 /// are unequal, only texture visible in both images counts.
 bool has_few_matches(const MatchedFrame& frame, const Rig& level_rig, const Ground& ground, int disparities);
 
-/// True where the samples contradict `plane`: few samples in its area lie on it, and either many lie clearly below it
-/// or another plane has clearly more. A wall that fills the view does not contradict it.
-bool contradict(const Rig& rig, const std::vector<GroundSample>& samples, const RoadPlane& plane);
-
-/// Fit to `plane` of the samples where the plane `nearest` has at least `near_part` of its largest disparity in view.
-/// Slopes, stairs and edges farther away do not count.
-struct NearGround {
-  int samples{0};
-  int on_plane{0};
-  double misfit_px{0};  ///< mean absolute difference, each at most 2 px
-
-  [[nodiscard]] bool holds() const { return samples >= ground_samples_min && 10 * on_plane >= 6 * samples; }
-};
-NearGround near_ground(const Rig& rig, const std::vector<GroundSample>& samples, const RoadPlane& nearest,
-                       const RoadPlane& plane, double near_part);
-/// Minimum part of the largest disparity for the nearest ground: up to 1.2 times the nearest distance.
-constexpr double nearest_part{0.85};
-
 /// Width of the ground that falls away from `plane` in the vehicle's path (1 m to either side), m. In its columns some
 /// samples above one another lie clearly below the plane. Ground is searched where the line of sight descends by 6° or
 /// more: farther away a gentle slope gives the same samples (docs/method.md §4.6).
 double width_falling_away(const MatchedFrame& frame, const Rig& rig, const RoadPlane& plane);
+/// True: more of it than reflections and repeated texture give.
+inline bool falls_away(const MatchedFrame& frame, const Rig& rig, const Ground& ground) {
+  constexpr double falling_max_m{0.5};
+  return width_falling_away(frame, rig, road_plane(rig, ground)) > falling_max_m;
+}
 
-/// Validates the matches and the road plane of each frame. One implementation serves every back end.
-class FrameValidator {
- public:
-  FrameValidator(const Rig& level_rig, const GroundConfig& config, int disparities);
+/// True: the rejection is not one of the images, so that the frame's plane may be used.
+inline bool has_matched(const Rejection& rejection) {
+  return !(rejection == Rejection::few_matches || rejection == Rejection::identical_images);
+}
 
-  /// `ground`: plane for this frame's stages, estimated or predicted. It is rejected if the frame contradicts it, or if
-  /// the road has not been measured for too long; never if nothing is to be estimated.
-  Rejection validate(const MatchedFrame& frame, const Ground& ground, double dt_s);
-  /// True: the last frame's nearest ground lies on its plane, and GroundModel::terrain classifies the ground farther
-  /// away.
-  [[nodiscard]] bool is_near_ground_known() const { return is_near_ground_known_; }
-
-  template <class State>
-  void exchange(State& state) {
-    state(unmeasured_s_);
-  }
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(samples_); }
-
- private:
-  Rejection::Reason reason_to_reject(const MatchedFrame& frame, const Ground& ground, double dt_s);
-
-  Rig rig_;
-  GroundConfig config_;
-  int disparities_;
-  bool is_near_ground_known_{false};
-  double unmeasured_s_{0};  ///< since the road was measured, or since the start
-  std::vector<GroundSample> samples_;
-};
+/// Checks the images of a frame: whether they match as those of a valid pair do, and their exposures. `plane`: of the
+/// disparity images.
+Rejection check_images(const MatchedFrame& frame, const Rig& level_rig, const Ground& plane, int disparities);
 
 /// Adds the flags and warnings of the rejection to the result.
 void report(const Rejection& rejection, FrameResult& result);
 
 /// Adds extrinsics_disagree with a warning: the extrinsics of `level_rig`, which stay, and the plane that contradicts
-/// them. `turned_rad`: see ExtrinsicsSearch.
+/// them. `turned_rad`: see GroundEstimator.
 void report_disagreement(const Rig& level_rig, double turned_rad, const Ground& plane, FrameResult& result);
 
 /// Sets the stages that depend on the road to unknown: no bin is visible, occupancy is 0.5. The disparity images stay.

@@ -2,170 +2,293 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ground/ground_estimator.hpp"
 
+#include <algorithm>
 #include <cmath>
 
-#include "ground/fit.hpp"
+#include "geometry/match_lattice.hpp"
+#include "ground/plane_numbers.hpp"
 
 namespace stereogrid {
 namespace {
 
-/// Frames between two searches for a lost ground plane.
-constexpr int pause_frames{3};
+// Evidence that determines a plane in one frame, and in three that agree; nats. Source: real pairs with ground have 61
+// and more, images without ground up to 50.
+constexpr double sound_nats{55};
+constexpr double candidate_nats{12};
+constexpr double clear_nats{6};  // margin between planes: 400 to 1
+// Uncertainty of a plane that one frame determines.
+constexpr double height_sigma_max{0.08};  // share of the height
+constexpr double pitch_sigma_max{radians(1.5)};
+// Shape of its support: share of the nearest half on it, samples below it, range of distances.
+constexpr double near_share_min{0.15};
+constexpr double below_share_max{0.3};
+constexpr double depth_ratio_min{1.35};
+// A tracked plane is not measured with less of the nearest half on it, or more below it, or without evidence.
+constexpr double tracked_share_min{0.3};
+constexpr double tracked_below_max{0.5};
+constexpr double tracked_nats{6};
+// The nearest ground alone measures it, too: beyond an edge all samples lie below the plane.
+constexpr double ring_share_min{0.6};
+constexpr double ring_samples_min{3};
+constexpr double samples_below_min{3};  // 2 to 3 nats each
+// Maximum time without a measurement of the ground. Vans and bends hide it for shorter.
+constexpr double coasting_max_s{3};
+// Largest deviation of a frame's plane from the extrinsics: load, suspension and errors of a measured extrinsics.
+constexpr double height_gate{0.1};  // share of the height
+constexpr double pitch_gate_deg{2.5};
+constexpr double roll_gate_deg{3.5};
+constexpr int tracking_rounds{8};
+// The fit needs the prior for what the samples do not determine; the filter's step weighs it.
+constexpr double tether{0.2};
+constexpr float jolt_px{1.3F};  // error of the expected disparities where a wheel drops off a kerb: 2° within a frame
+
+// True: the plane has the shape of ground. A wall has one distance only, and the foot of a wall little before it.
+bool has_shape_of_ground(const FittedPlane& plane) {
+  const PlaneSupport& support{plane.support};
+  return plane.is_measured && plane.ground.height_sigma_m <= height_sigma_max * plane.ground.height_m &&
+         plane.ground.pitch_sigma_rad <= pitch_sigma_max && support.near_share() >= near_share_min &&
+         support.below <= below_share_max * support.on && support.depth_ratio >= depth_ratio_min;
+}
+
+bool is_sound(const FittedPlane& plane) {
+  return plane.total >= sound_nats && has_shape_of_ground(plane);
+}
+
+// A plane behind the camera: every pixel is matched as upright.
+Ground out_of_view(const Ground& extrinsics) {
+  Ground ground{extrinsics};
+  ground.pitch_rad = -1.5;
+  return ground;
+}
 
 }  // namespace
 
-GroundEstimator::GroundEstimator(const Rig& level_rig, const Config& config, double turned_rad, bool extrinsics_given)
-    : rig_{level_rig},
-      config_{config},
-      turned_rad_{turned_rad},
-      has_given_extrinsics_{extrinsics_given},
-      space_{rig_.width_px, rig_.height_px} {
-  samples_.reserve(samples_max(rig_));
+GroundWorkspace::GroundWorkspace(const Rig& level_rig) {
+  const std::size_t most{samples_max(level_rig)};
+  lattice.reserve(most);
+  samples.reserve(most);
+  search.reserve(most);
 }
 
-GroundState GroundEstimator::initial() const {
-  return {.plane = calibrated_ground(rig_, config_.ground),
-          .validator = {rig_, config_.ground, config_.matching.disparities},
-          .extrinsics = {rig_, config_.ground, turned_rad_, has_given_extrinsics_}};
-}
-
-void GroundEstimator::restart(GroundState& state) const {
-  GroundState next{initial()};
-  next.extrinsics = state.extrinsics;
-  next.extrinsics.begin_again();
-  state = next;
-}
+GroundEstimator::GroundEstimator(const Rig& level_rig, const GroundConfig& config, int disparities, double turned_rad)
+    : rig_{level_rig}, config_{config}, disparities_{disparities}, turned_rad_{turned_rad} {}
 
 Ground GroundEstimator::expected(const GroundState& state, double dt_s) const {
-  return predicted(rig_, config_.ground, state.plane, dt_s);
+  if (!config_.estimate) return state.extrinsics;
+  if (state.mode == GroundMode::assumed) return out_of_view(state.extrinsics);
+  const Ground& centre{state.extrinsics};
+  const Matrix3 around{covariance_of(centre) + suspension(centre)};
+  if (!state.plane.estimated) return with_covariance(centre, around);
+  const double memory{std::exp(-dt_s / correlated_s)};
+  const Vector3 away{difference(state.plane, centre)};
+  const Ground ground{centre.height_m + memory * away[0], centre.pitch_rad + memory * away[1],
+                      centre.roll_rad + memory * away[2]};
+  const double kept{memory * memory};
+  return rounded(with_covariance(ground, scaled(kept, covariance_of(state.plane)) + scaled(1 - kept, around)));
 }
 
-bool GroundEstimator::wants_search(GroundState& state, bool is_first, const PlaneFit& fit) const {
-  if (!config_.ground.estimate) return false;
-  if (state.frames_to_search > 0 && --state.frames_to_search > 0) return false;
-  return is_first || fit.is_lost;
+void GroundEstimator::gather(const MatchedFrame& frame, GroundWorkspace& space) const {
+  space.lattice.clear();
+  add_samples(frame, space.lattice);
+  int last_row{rig_.height_px};
+  if (!frame.masked.empty()) {  // the vehicle's own bonnet is not the nearest ground
+    const auto is_masked = [&](int v) {
+      return std::count(frame.masked.row(v), frame.masked.row(v) + frame.masked.width, 0) * 4 < frame.masked.width;
+    };
+    while (last_row > 1 && is_masked(last_row - 1)) --last_row;
+  }
+  weigh(rig_, space.lattice, MatchLattice::step_u, last_row, disparities_, space.counts, space.samples);
+  constexpr float correlated_blocks{3};  // the rows of a window are alike for longer than its columns
+  constexpr float upright_share{0.03F};  // upright windows on ground are biased towards obstacles
+  const float side{static_cast<float>(block_px(rig_))};
+  const float road_weight{MatchLattice::step_u * MatchLattice::step_v / (correlated_blocks * side * side)};
+  for (std::size_t i{0}; i < space.lattice.size(); ++i) {
+    const GroundSample& sample{space.lattice[i]};
+    const bool is_road{frame.matches.road(static_cast<int>(sample.u), static_cast<int>(sample.v)) > 0};
+    space.samples.fit_weight[i] = is_road ? road_weight : upright_share * road_weight;
+  }
 }
 
-void GroundEstimator::sample(const MatchedFrame& frame) {
-  samples_.clear();
-  add_samples(frame, samples_);
+GroundFit GroundEstimator::fit(const GroundState& state, double dt_s, GroundWorkspace& space) const {
+  GroundFit fit{};
+  fit.plane = state.extrinsics;
+  if (!config_.estimate) return fit;
+  if (state.mode == GroundMode::assumed) return searched(space);
+  const Ground before{expected(state, dt_s)};
+  fit = tracked(state, before, space.samples);
+  const bool is_confirmed{state.mode == GroundMode::given || state.agreeing >= agreeing_min};
+  const bool is_certain{fit.plane.estimated && fit.support.below <= below_share_max * fit.support.on};
+  if (!is_confirmed || !is_certain) compare(state, space, fit);
+  fit.wants_rematch = is_far_from(before, fit.slope.value_or(fit.plane), space.samples);
+  return fit;
 }
 
-// The road hypothesis needs a plane before there are disparities: that of the frame before. In the first frame, and
-// where the ground is lost, a plane is searched in all matches, and the frame is matched again.
-GroundFit GroundEstimator::fit(GroundState& state, const MatchedFrame& frame, const Ground& expected, bool searches,
-                               Point2 place, const Rematch& rematch) {
-  const PlaneFit found{searches ? search(state, frame, frame.fit, rematch) : frame.fit};
-  if (config_.ground.model != GroundModel::terrain || !config_.ground.estimate) return {found.plane};
-  const Ground near{keep_near_ground(frame, expected, found.plane, searches, rematch)};
-  const std::optional<Ground> slope{find_slope(state, near, place, rematch)};
-  return slope ? GroundFit{calibrated_ground(rig_, config_.ground), slope} : GroundFit{near};
+GroundFit GroundEstimator::refit(const GroundState& state, const GroundFit& before, GroundWorkspace& space) const {
+  if (before.slope) return before;
+  Ground start{before.plane};
+  if (state.mode != GroundMode::assumed) {
+    start = with_covariance(start, covariance_of(state.extrinsics) + suspension(state.extrinsics));
+  }
+  GroundFit fit{before};
+  const GroundFit again{tracked(state, start, space.samples)};
+  fit.wants_rematch = false;
+  if (before.plane.estimated && !again.plane.estimated) return fit;
+  fit.plane = again.plane;
+  fit.support = again.support;
+  return fit;
 }
 
-PlaneFit GroundEstimator::search(GroundState& state, const MatchedFrame& frame, const PlaneFit& fit,
-                                 const Rematch& rematch) {
-  Ground found{search_ground(rig_, config_.ground, frame.obstacle, frame.road, state.plane, space_)};
-  found.estimated = found.estimated && !is_jump(state, found);
-  if (!found.estimated) {
-    state.frames_to_search = pause_frames;
+// The Kalman filter's step from `expected`. Empty: the samples do not measure its plane.
+std::optional<Ground> GroundEstimator::measured(const Ground& expected, const PlaneSamples& samples,
+                                                PlaneSupport& support) const {
+  const RoadPlane start{road_plane(rig_, expected)};
+  PlanePrior prior{prior_of(expected)};
+  prior.precision = scaled(tether, prior.precision);
+  const std::optional<RefinedPlane> refined{
+      refined_plane(rig_, samples, prior, {start, jolt_px}, tracking_rounds, samples.fit_weight)};
+  if (!refined) return std::nullopt;
+  const FittedPlane fitted{fitted_plane(rig_, samples, prior, *refined, samples.fit_weight)};
+  support = fitted.support;
+  const bool is_seen{fitted.total >= tracked_nats && support.near_share() >= tracked_share_min &&
+                     support.below < tracked_below_max * support.on};
+  const bool is_nearest_seen{support.ring_on >= ring_samples_min &&
+                             support.ring_on >= ring_share_min * support.ring_all};
+  if (!fitted.is_measured || (!is_seen && !is_nearest_seen)) return std::nullopt;
+  const Matrix3& noise{fitted.measurement.covariance};
+  const Matrix3 covariance{carried(numbers_by_ground(rig_, expected), covariance_of(expected))};
+  const Matrix3 gain{covariance * inverse(covariance + noise)};
+  RoadPlane plane{start};
+  move(plane, gain * (fitted.measurement.numbers - numbers_of(start)));
+  if (!(plane.per_v > 0)) return std::nullopt;
+  const Ground found{rounded(ground_of(rig_, plane))};
+  const Matrix3 rest{diagonal({{1, 1, 1}}) + scaled(-1, gain)};
+  const Matrix3 after{carried(rest, covariance) + carried(gain, noise)};  // Joseph's form keeps it positive
+  return rounded(with_covariance(found, carried(inverse(numbers_by_ground(rig_, found)), after)));
+}
+
+// The plane through the samples around the expected one, or the extrinsics.
+GroundFit GroundEstimator::tracked(const GroundState& state, const Ground& expected,
+                                   const PlaneSamples& samples) const {
+  GroundFit fit;
+  const std::optional<Ground> plane{measured(expected, samples, fit.support)};
+  if (plane && is_within_gates(state.extrinsics, *plane)) {
+    fit.plane = *plane;
     return fit;
   }
-  state.plane = found;
-  return rematch(found, true);
+  fit.plane = with_covariance(state.extrinsics, covariance_of(state.extrinsics) + suspension(state.extrinsics));
+  fit.support = support_of({road_plane(rig_, state.extrinsics), rig_, samples}, samples);
+  return fit;
 }
 
-// True: the camera's height above the plane differs from the rig's, and from a measured one before, by more than a
-// suspension moves it and one measures wrong.
-bool GroundEstimator::is_jump(const GroundState& state, const Ground& found) const {
-  const auto differs = [&](double height_m) { return std::abs(found.height_m - height_m) > 0.12 * height_m; };
-  return differs(rig_.camera_height_m) &&
-         (has_given_extrinsics_ || (state.has_been_measured && differs(state.plane.height_m)));
+// The plane with most evidence, unless another sound one explains the nearest ground better.
+std::size_t GroundEstimator::best_of(const PlaneSamples& samples, const std::vector<FittedPlane>& planes) const {
+  std::size_t best{0};
+  for (std::size_t i{1}; i < planes.size(); ++i) {
+    const PlaneHypothesis& p{planes[best].hypothesis};
+    const PlaneHypothesis& q{planes[i].hypothesis};
+    if (!is_sound(planes[i]) || !are_in_conflict(p, q, samples)) continue;
+    if (!is_sound(planes[best]) || ring_margin(q, p, samples) > clear_nats) best = i;
+  }
+  return best;
 }
 
-// A slope, stairs or a lower floor ahead can attract the estimated plane. The plane through the nearest ground alone
-// stays if it fits that clearly better.
-Ground GroundEstimator::keep_near_ground(const MatchedFrame& frame, const Ground& expected, const Ground& estimated,
-                                         bool has_searched, const Rematch& rematch) {
-  constexpr double clearly_better{0.8};
-  constexpr double near_part{0.7};  // up to 1.4 times the nearest distance
-  sample(frame);
-  const RoadPlane plane{road_plane(rig_, expected)};
-  space_.samples.clear();
-  const double first_row{rig_.height_px - (1 - near_part) * plane.disparity(rig_.cx_px, rig_.height_px) / plane.per_v};
-  add_samples(frame.obstacle, first_row, space_.samples);
-  add_samples(frame.road, first_row, space_.samples);
-  const Ground near{fit_ground(rig_, config_.ground, expected, space_)};
-  const NearGround fitted{near_ground(rig_, samples_, plane, road_plane(rig_, near), near_part)};
-  const NearGround of_all{near_ground(rig_, samples_, plane, road_plane(rig_, estimated), near_part)};
-  if (!fitted.holds() || fitted.misfit_px >= clearly_better * of_all.misfit_px) return estimated;
-  if (frame.is_external || has_searched) rematch(near, false);
-  return near;
+bool GroundEstimator::has_margin(const PlaneSamples& samples, const std::vector<FittedPlane>& planes,
+                                 std::size_t best) const {
+  for (std::size_t i{0}; i < planes.size(); ++i) {
+    if (i == best || !are_in_conflict(planes[best].hypothesis, planes[i].hypothesis, samples)) continue;
+    const bool is_clear{planes[best].total - planes[i].total >= clear_nats ||
+                        ring_margin(planes[best].hypothesis, planes[i].hypothesis, samples) >= clear_nats};
+    if (!is_clear) return false;
+  }
+  return true;
 }
 
-// A slope that fills the view and contradicts the given extrinsics is matched on. Their plane stays the ground, and the
-// slope is relief over it.
-std::optional<Ground> GroundEstimator::find_slope(GroundState& state, const Ground& used, Point2 place,
-                                                  const Rematch& rematch) {
-  if (!state.has_been_measured) return std::nullopt;
-  const RoadPlane plane{road_plane(rig_, used)};
-  const auto holds = [&] {
-    return near_ground(rig_, samples_, plane, plane, nearest_part).holds() || !contradict(rig_, samples_, plane);
+GroundFit GroundEstimator::searched(GroundWorkspace& space) const {
+  GroundFit fit;
+  search_planes(rig_, space.samples, turned_rad_, space.search);
+  const std::vector<FittedPlane>& planes{space.search.found};
+  if (planes.empty()) return fit;
+  const std::size_t best{best_of(space.samples, planes)};
+  const bool is_clear{has_shape_of_ground(planes[best]) && has_margin(space.samples, planes, best)};
+  fit.plane = rounded(planes[best].ground);
+  fit.support = planes[best].support;
+  fit.is_sound = is_clear && planes[best].total >= sound_nats;
+  fit.is_candidate = is_clear && planes[best].total >= candidate_nats;
+  return fit;
+}
+
+// Compares the plane in use with those of a search.
+void GroundEstimator::compare(const GroundState& state, GroundWorkspace& space, GroundFit& fit) const {
+  const PlaneSamples& samples{space.samples};
+  const bool is_measured{fit.plane.estimated};
+  const bool is_below{fit.support.below >= tracked_below_max * fit.support.on};
+  const bool was_seen{state.agreeing > 0};
+  fit.is_contradicted = !is_measured && !was_seen && is_below && fit.support.below >= samples_below_min;
+  search_planes(rig_, samples, turned_rad_, space.search);
+  const std::vector<FittedPlane>& planes{space.search.found};
+  if (planes.empty()) return;
+  const FittedPlane& other{planes[best_of(samples, planes)]};
+  const PlaneHypothesis used{road_plane(rig_, fit.plane), rig_, samples};
+  const bool is_nearest{ring_margin(other.hypothesis, used, samples) > clear_nats};
+  const double margin{other.support.evidence - fit.support.evidence};
+  if (!has_shape_of_ground(other) || !(is_nearest || (margin >= clear_nats && !is_measured))) return;
+  if (!are_in_conflict(used, other.hypothesis, samples) && margin < sound_nats) return;
+  if (!is_measured && !was_seen && other.total >= candidate_nats) fit.is_contradicted = true;
+  if (!is_sound(other)) return;
+  const Ground seen{rounded(other.ground)};
+  // Planes may cross at the image's lower border.
+  if (is_nearest && is_below) fit.plane.estimated = false;
+  if (is_slope_ahead(state.extrinsics, seen)) {
+    if (!fit.plane.estimated) fit.slope = seen;
+    fit.is_contradicted = false;
+  } else {
+    fit.disagreeing = seen;
+    if (!fit.plane.estimated && is_below) fit.is_contradicted = true;
+  }
+  if (state.mode != GroundMode::found || !is_nearest) return;
+  fit.replacement = seen;
+  fit.replaces_at_once = state.agreeing < agreeing_min;
+}
+
+bool GroundEstimator::is_within_gates(const Ground& extrinsics, const Ground& plane) const {
+  return std::abs(plane.height_m - extrinsics.height_m) <=
+             std::min(config_.height_gate_m, height_gate * extrinsics.height_m) &&
+         std::abs(plane.pitch_rad - extrinsics.pitch_rad) <=
+             radians(std::min(config_.pitch_gate_deg, pitch_gate_deg)) &&
+         std::abs(plane.roll_rad - extrinsics.roll_rad) <= radians(std::min(config_.roll_gate_deg, roll_gate_deg));
+}
+
+// True: the plane `seen` meets that of the extrinsics between the vehicle and the nearest visible ground.
+bool GroundEstimator::is_slope_ahead(const Ground& extrinsics, const Ground& seen) const {
+  constexpr double steepest{radians(20)};
+  constexpr double bend{1.25};  // a slope begins gently
+  const double turn{seen.pitch_rad - extrinsics.pitch_rad};
+  const double nearest_px{road_plane(rig_, seen).disparity(rig_.cx_px, rig_.height_px)};
+  // a turned camera sees the road meet its plane at height·tan(turn/2) ahead
+  const double begin_m{(seen.height_m - extrinsics.height_m * std::cos(turn)) / std::sin(turn)};
+  return std::abs(turn) <= steepest && 4 * begin_m >= extrinsics.height_m &&
+         begin_m * nearest_px <= bend * rig_.focal_px * rig_.baseline_m;
+}
+
+// True: part of the nearest half is outside the range of the road hypothesis on `before`.
+bool GroundEstimator::is_far_from(const Ground& before, const Ground& plane, const PlaneSamples& samples) const {
+  constexpr float range_px{3};
+  const PlaneHypothesis p{road_plane(rig_, before), rig_, samples};
+  const PlaneHypothesis q{road_plane(rig_, plane), rig_, samples};
+  const auto differ = [&](float x, float y) {
+    const float most{samples.disparities};
+    return std::abs(std::min(p.expected(x, y), most) - std::min(q.expected(x, y), most)) > range_px;
   };
-  if (is_within_gates(rig_, config_.ground, used) && !is_jump(state, used) && holds()) {
-    state.extrinsics.leave_slope();
-    return std::nullopt;
-  }
-  const std::optional<Ground> slope{state.extrinsics.find_slope(samples_, place)};
-  if (slope) rematch(*slope, false);
-  return slope;
+  return differ(samples.first_x / 2, samples.last_y) || differ(samples.last_x / 2, samples.last_y) ||
+         differ(0, samples.last_y - q.near_px / 2 / q.per_v);
 }
 
-Rejection GroundEstimator::validate(GroundState& state, const MatchedFrame& frame, const GroundFit& fit,
-                                    double dt_s) const {
-  const bool jumps{is_jump(state, fit.plane)};
-  state.plane = fit.plane;
-  Rejection rejection{state.validator.validate(frame, fit.matched_on(), dt_s)};
-  if (jumps && rejection == Rejection::none) rejection.reason = Rejection::plane_contradicted;
-  return rejection;
-}
-
-// Checks the extrinsics. A frame that is matched again on another ground plane is rejected.
-GroundEstimator::Checked GroundEstimator::check_extrinsics(GroundState& state, const MatchedFrame& frame,
-                                                           const GroundFit& fit, const Rejection& rejection,
-                                                           const FrameMoment& moment, const Rematch& rematch) {
-  const bool is_accepted{rejection == Rejection::none};
-  const bool is_lost{rejection == Rejection::plane_contradicted || rejection == Rejection::road_not_seen};
-  if (is_accepted && (fit.slope || state.validator.is_near_ground_known())) return {rejection};
-  if (rejection == Rejection::identical_images || !state.extrinsics.is_wanted(is_lost, moment.dt_s)) return {rejection};
-  sample(frame);
-  const std::optional<Ground> candidate{state.extrinsics.look(samples_, state.plane, !is_accepted)};
-  if (!candidate) return {rejection};
-  const Rejection contradicted{is_accepted ? Rejection{Rejection::plane_contradicted} : rejection};
-  if (!state.extrinsics.may_replace(samples_, state.plane, *candidate, moment.place)) return {contradicted, candidate};
-  rematch(*candidate, true);
-  sample(frame);
-  const bool holds{!has_few_matches(frame, rig_, *candidate, config_.matching.disparities) &&
-                   state.extrinsics.verify(samples_, *candidate)};
-  return {holds ? Rejection::plane_contradicted : contradicted, {}, candidate};
-}
-
-Verdict GroundEstimator::settle(GroundState& state, const MatchedFrame& frame, const GroundFit& fit,
-                                const Rejection& rejection, const GroundBefore& before, const FrameMoment& moment,
-                                const Rematch& rematch) {
-  const Checked checked{check_extrinsics(state, frame, fit, rejection, moment, rematch)};
-  if (checked.rejection != Rejection::none) {
-    // A plane through wrong matches would mislead the next frame; ground that lies elsewhere does not become more
-    // plausible by lasting.
-    const bool lies_elsewhere{checked.rejection == Rejection::plane_contradicted ||
-                              checked.rejection == Rejection::falls_away};
-    if (config_.ground.estimate)
-      state.plane = lies_elsewhere && state.has_been_measured ? before.previous : before.expected;
-    state.plane.estimated = false;
-  }
-  state.has_been_measured = state.has_been_measured || state.plane.estimated;
-  Verdict verdict{checked.rejection, checked.rematched_on.value_or(state.plane), checked.disagreeing};
-  verdict.plane.estimated = state.plane.estimated;
-  return verdict;
+Rejection::Reason GroundEstimator::reason_to_reject(const GroundState& state, const GroundFit& fit, double dt_s) const {
+  if (!config_.estimate) return Rejection::none;
+  if (state.mode == GroundMode::assumed) return Rejection::road_not_seen;
+  if (fit.plane.estimated) return Rejection::none;
+  if (fit.is_contradicted) return Rejection::plane_contradicted;
+  return state.unmeasured_s + dt_s > coasting_max_s ? Rejection::road_not_seen : Rejection::none;
 }
 
 }  // namespace stereogrid

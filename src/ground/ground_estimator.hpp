@@ -2,116 +2,92 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
-#include <functional>
 #include <optional>
-#include <vector>
 
-#include "ground/extrinsics_search.hpp"
 #include "ground/frame_validator.hpp"
-#include "ground/ground.hpp"
-#include "held_bytes.hpp"
+#include "ground/ground_state.hpp"
+#include "ground/plane_search.hpp"
 #include "stereogrid/config.hpp"
 
 namespace stereogrid {
 
-/// State of the ground between two frames.
-struct GroundState {
-  Ground plane;                   ///< ground of the last frame
-  bool has_been_measured{false};  ///< in any frame
-  int frames_to_search{0};        ///< pause between two searches for a lost plane
-  FrameValidator validator;
-  ExtrinsicsSearch extrinsics;
-
-  template <class State>
-  void exchange(State& state) {
-    state(plane, frames_to_search, has_been_measured, validator, extrinsics);
-  }
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(validator); }
-};
-
-/// Ground of a frame.
+/// Ground plane of a frame, relative to the level rig's camera.
 struct GroundFit {
-  Ground plane;
-  std::optional<Ground> slope{};  ///< slope that fills the view, relief over the plane; the frame is matched on it
+  Ground plane;                       ///< `estimated`: measured in this frame; else the extrinsics
+  bool is_sound{false};               ///< `assumed`: the plane is known from this frame alone
+  bool is_candidate{false};           ///< `assumed`: frames that agree on it determine the plane
+  bool is_contradicted{false};        ///< the plane is not in view, and the view contradicts it
+  PlaneSupport support;               ///< evidence of `plane`
+  std::optional<Ground> disagreeing;  ///< sound plane with clearly more evidence, and no slope; extrinsics stay
+  std::optional<Ground> slope;        ///< sound plane that meets that of the extrinsics ahead: relief
+  std::optional<Ground> replacement;  ///< `found`: plane that explains the nearest ground better
+  bool replaces_at_once{false};       ///< the extrinsics have not been confirmed yet
+  bool wants_rematch{false};          ///< over 3 px from the plane that the frame was matched on
 
-  /// Plane of the disparity images.
+  /// Plane to match the frame on.
   [[nodiscard]] const Ground& matched_on() const { return slope ? *slope : plane; }
 };
 
-/// Result of the checks of a frame.
-struct Verdict {
-  Rejection rejection;
-  Ground plane;                         ///< plane of the disparity images
-  std::optional<Ground> disagreeing{};  ///< plane in view that contradicts extrinsics that stay
-
-  [[nodiscard]] bool is_usable() const { return rejection == Rejection::none; }
+/// Result of GroundEstimator::settle().
+struct SettledGround {
+  GroundState state;
+  std::optional<Ground> new_extrinsics;  ///< `state` is for a rig with them, and not for the level rig in use
 };
 
-/// Planes of a frame before its own is measured.
-struct GroundBefore {
-  Ground previous;  ///< ground of the frame before
-  Ground expected;  ///< predicted from it
+/// Buffers of GroundEstimator, for one frame at a time.
+struct GroundWorkspace {
+  explicit GroundWorkspace(const Rig& level_rig);
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(lattice, counts, samples, search); }
+
+  std::vector<GroundSample> lattice;
+  std::vector<int> counts;
+  PlaneSamples samples;
+  PlaneSearchSpace search;
 };
 
-/// Place and time of a frame.
-struct FrameMoment {
-  Point2 place;  ///< place of the vehicle in the world, m
-  double dt_s;   ///< since the frame before
-};
-
-/// Owner of the ground: finds the plane of each frame, checks it, and alone has the frame matched again. State between
-/// frames is in GroundState. One implementation serves every back end.
+/// Owner of the ground plane: search, fit, checks and the next state, as functions of values. Evidence of planes by
+/// visibility: docs/method.md §4.5.
 class GroundEstimator {
  public:
-  /// Matches the frame on another plane, with a fit (with the state's plane as previous one) if that is wanted. The
-  /// MatchedFrame shows the new matches from then on.
-  using Rematch = std::function<PlaneFit(const Ground& plane, bool wants_fit)>;
+  /// `turned_rad`: pitch of the camera relative to the levelled images of `level_rig`, positive downwards.
+  GroundEstimator(const Rig& level_rig, const GroundConfig& config, int disparities, double turned_rad);
 
-  /// `turned_rad`: pitch of the camera beyond that of `level_rig`; `extrinsics_given`: see PipelineOptions.
-  GroundEstimator(const Rig& level_rig, const Config& config, double turned_rad, bool extrinsics_given);
-
-  [[nodiscard]] GroundState initial() const;
-  /// Makes the next frame a first one. Confirmed extrinsics remain confirmed.
-  void restart(GroundState& state) const;
+  /// Plane of a frame `dt_s` after the state, for the road hypothesis of the matcher. `assumed`: a plane that is not in
+  /// view, so that every pixel is matched as upright.
   [[nodiscard]] Ground expected(const GroundState& state, double dt_s) const;
 
-  /// True: the plane is searched in all matches: in the first frame, and where the ground is lost. A search that has
-  /// failed is not repeated for some frames.
-  bool wants_search(GroundState& state, bool is_first, const PlaneFit& fit) const;
-  /// Ground of a frame that has been matched on the expected plane. `searches`: result of wants_search().
-  GroundFit fit(GroundState& state, const MatchedFrame& frame, const Ground& expected, bool searches, Point2 place,
-                const Rematch& rematch);
-  /// Takes the plane into the state, and validates the frame.
-  Rejection validate(GroundState& state, const MatchedFrame& frame, const GroundFit& fit, double dt_s) const;
-  /// Final verdict, after a check of the extrinsics, and the state for the next frame.
-  Verdict settle(GroundState& state, const MatchedFrame& frame, const GroundFit& fit, const Rejection& rejection,
-                 const GroundBefore& before, const FrameMoment& moment, const Rematch& rematch);
+  /// Reads the samples of a frame into `space`, for fit() and refit().
+  void gather(const MatchedFrame& frame, GroundWorkspace& space) const;
+  /// Ground of a frame that was matched on expected(). A search where the ground is unknown or not in view.
+  [[nodiscard]] GroundFit fit(const GroundState& state, double dt_s, GroundWorkspace& space) const;
+  /// Ground of a frame that was matched again on `before`, the first fit's plane: no search.
+  [[nodiscard]] GroundFit refit(const GroundState& state, const GroundFit& before, GroundWorkspace& space) const;
 
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(space_, samples_); }
+  /// Reason to reject the frame's plane; the images are not checked.
+  [[nodiscard]] Rejection::Reason reason_to_reject(const GroundState& state, const GroundFit& fit, double dt_s) const;
+
+  /// State after a frame; the only function that changes it. `is_usable` false: the frame was rejected for its images,
+  /// and its plane is not used. `place`: position of the vehicle in the world frame, m.
+  [[nodiscard]] SettledGround settle(const GroundState& state, const GroundFit& fit, bool is_usable, double dt_s,
+                                     Point2 place) const;
 
  private:
-  PlaneFit search(GroundState& state, const MatchedFrame& frame, const PlaneFit& fit, const Rematch& rematch);
-  [[nodiscard]] bool is_jump(const GroundState& state, const Ground& found) const;
-  Ground keep_near_ground(const MatchedFrame& frame, const Ground& expected, const Ground& estimated, bool has_searched,
-                          const Rematch& rematch);
-  std::optional<Ground> find_slope(GroundState& state, const Ground& used, Point2 place, const Rematch& rematch);
-  /// Result of the check of the extrinsics.
-  struct Checked {
-    Rejection rejection;
-    std::optional<Ground> disagreeing{};
-    std::optional<Ground> rematched_on{};
-  };
-  Checked check_extrinsics(GroundState& state, const MatchedFrame& frame, const GroundFit& fit,
-                           const Rejection& rejection, const FrameMoment& moment, const Rematch& rematch);
-  void sample(const MatchedFrame& frame);
+  [[nodiscard]] GroundFit searched(GroundWorkspace& space) const;
+  [[nodiscard]] std::optional<Ground> measured(const Ground& expected, const PlaneSamples& samples,
+                                               PlaneSupport& support) const;
+  [[nodiscard]] GroundFit tracked(const GroundState& state, const Ground& expected, const PlaneSamples& samples) const;
+  void compare(const GroundState& state, GroundWorkspace& space, GroundFit& fit) const;
+  [[nodiscard]] std::size_t best_of(const PlaneSamples& samples, const std::vector<FittedPlane>& planes) const;
+  [[nodiscard]] bool has_margin(const PlaneSamples& samples, const std::vector<FittedPlane>& planes,
+                                std::size_t best) const;
+  [[nodiscard]] bool is_within_gates(const Ground& extrinsics, const Ground& plane) const;
+  [[nodiscard]] bool is_slope_ahead(const Ground& extrinsics, const Ground& seen) const;
+  [[nodiscard]] bool is_far_from(const Ground& before, const Ground& plane, const PlaneSamples& samples) const;
 
   Rig rig_;
-  Config config_;
+  GroundConfig config_;
+  int disparities_;
   double turned_rad_;
-  bool has_given_extrinsics_;
-  GroundSpace space_;
-  std::vector<GroundSample> samples_;
 };
 
 }  // namespace stereogrid

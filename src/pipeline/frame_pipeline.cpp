@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <utility>
 
 #include "backend/cpu.hpp"
 #include "observation/rays/rays.hpp"
+#include "pipeline/extrinsics.hpp"
 #include "pipeline/results.hpp"
 #include "pipeline/stopwatch.hpp"
 
@@ -22,79 +22,93 @@ auto ranges_of(Cpu& cpu) {
 }  // namespace
 
 FramePipeline::FramePipeline(const Config& config, const Rig& level_rig, Cpu& cpu, std::unique_ptr<Stages> stages,
-                             double turned_rad, bool extrinsics_given)
+                             double turned_rad, GroundMode mode)
     : config_{config},
       rig_{level_rig},
       turned_rad_{turned_rad},
       cpu_{cpu},
       stages_{std::move(stages)},
       window_{vehicle_grid_of(config.grid)},
-      estimator_{rig_, config, turned_rad, extrinsics_given},
-      state_{config, rig_, estimator_, window_.cells()},
+      estimator_{rig_, config.ground, config.matching.disparities, turned_rad},
+      first_ground_{first_ground(extrinsics_of(rig_), mode)},
+      state_{config, rig_, first_ground_, window_.cells()},
+      ground_space_{rig_},
       velocity_evidence_{window_.cells(), velocity_axis(config.filter), state_.scene_flow.points_reserved()},
       clusters_{rig_, config.u_disparity, config.matching.disparities, state_.scene_flow.points_reserved()} {}
 
-void FramePipeline::process(const LevelFrame& frame, FrameResult& result) {
+std::optional<Ground> FramePipeline::process(const LevelFrame& frame, FrameResult& result) {
   if (frame.restarts) reset();
   StageTimes host;  // times of the host's own stages
   const FrameGrids grids{grids_of(frame)};
-  const FrameMoment moment{{frame.world_from_vehicle.x_m, frame.world_from_vehicle.y_m}, frame.dt_s};
-  const GroundBefore before{state_.ground.plane, estimator_.expected(state_.ground, frame.dt_s)};
-  const auto rematch = [&](const Ground& plane, bool wants_fit) {
-    match(frame, grids, {plane, state_.ground.plane});
-    if (wants_fit) stages_->fit_plane(frame);
-    return stages_->read().fit;
-  };
+  const Ground expected{estimator_.expected(state_.ground, frame.dt_s)};
+  const Point2 place{frame.world_from_vehicle.x_m, frame.world_from_vehicle.y_m};
 
-  match(frame, grids, {before.expected, before.previous});  // III-C, or external disparities
-  const std::span<const VelocityEvidence> velocities{stages_->both(
-      cpu_, [&] { stages_->fit_plane(frame); }, [&] { return track_features(frame, grids.window, host.flow); })};
-  state_.near.compare(matched(frame), before.expected, frame.world_from_vehicle, grids.window);
-
-  const FoundGround found{find_ground(frame, before, moment, std::cref(rematch))};
-  const GroundFit& ground{found.ground};
-  const TerrainRules rules{find_terrain(frame, grids, ground, host.ground, result)};
-  if (state_.terrain && frame.has_external_disparity()) match(frame, grids, {ground.plane, {}, &rules.relief});
+  stages_->match(frame, grids, state_.alignment, {expected});  // III-C, or external disparities
+  if (state_.is_first) align_first(frame, grids, expected);
+  std::span<const VelocityEvidence> velocities;
+  const GroundFit first{stages_->both(
+      cpu_, [&] { velocities = track_features(frame, grids.window, host.flow); },
+      [&] { return fit_ground(frame, host.ground); })};
+  state_.near.compare(matched(frame), expected, frame.world_from_vehicle, grids.window);
+  const GroundFit ground{rematch(frame, grids, first, host.ground)};
+  const TerrainRules rules{find_terrain(grids, ground, host.ground, result)};
+  if (state_.terrain && frame.has_external_disparity())
+    stages_->match(frame, grids, state_.alignment, {ground.plane, &rules.relief});
 
   const auto filter = [&](const Evidence& evidence, std::span<const VelocityEvidence> measured) {
     stages_->observe(frame, grids, evidence, result);  // IV, V-A
     stages_->filter(frame, grids, measured, result);   // V-B
   };
   const Evidence evidence{true, ground.plane, rules, blur_in(frame), state_.near.held(true).cells};
-  const Rejection rejection{stages_->both(
+  const Rejection checked{stages_->both(
       cpu_, [&] { filter(evidence, velocities); },
       [&] {
-        if (!found.is_aligned) align(frame, before.expected);
+        if (!state_.is_first) align(frame, expected);
         return check(frame, ground, host.track);
       })};
-  const Verdict verdict{
-      estimator_.settle(state_.ground, matched(frame), ground, rejection, before, moment, std::cref(rematch))};
-  if (!verdict.is_usable()) {  // again from the state before the frame
+  const SettledGround settled{estimator_.settle(state_.ground, ground, has_matched(checked), frame.dt_s, place)};
+  const Rejection rejection{settled.new_extrinsics && checked == Rejection::none ? Rejection::plane_contradicted
+                                                                                 : checked};
+  const bool is_usable{rejection == Rejection::none};
+  if (!is_usable) {  // again from the state before the frame
     filter({.is_usable = false, .held = state_.near.held(false).cells}, {});
     state_.scene_flow.clear();
   }
-  publish(frame, verdict, result);
+  publish(frame, ground, rejection, result);
 
+  if (!settled.new_extrinsics) state_.ground = settled.state;
   state_.is_first = false;
-  cpu_.together([&] { report_too_close(update_tracks(frame, verdict.is_usable(), result, host.track), result); },
-                [&] { add_features(frame, verdict.is_usable(), host.flow); });
+  cpu_.together([&] { report_too_close(update_tracks(frame, ground, is_usable, result, host.track), result); },
+                [&] { add_features(frame, is_usable, host.flow); });
   result.timing_ms.ground += host.ground;
   result.timing_ms.flow = host.flow;
   result.timing_ms.track = host.track;
+  return settled.new_extrinsics;
 }
 
-// In the first frame, and where the ground is lost, the misalignment is measured before the ground is searched.
-FramePipeline::FoundGround FramePipeline::find_ground(const LevelFrame& frame, const GroundBefore& before,
-                                                      const FrameMoment& moment,
-                                                      const GroundEstimator::Rematch& rematch) {
-  const bool searches{estimator_.wants_search(state_.ground, state_.is_first, stages_->read().fit)};
-  const bool is_aligned{searches || state_.is_first};
-  if (is_aligned) align(frame, before.expected);
-  if (state_.is_first && !state_.alignment.is_identity()) {
-    rematch(before.expected, true);
-    align(frame, before.expected);
-  }
-  return {estimator_.fit(state_.ground, matched(frame), before.expected, searches, moment.place, rematch), is_aligned};
+// The misalignment of the first frame is measured before its ground is searched, and once more on better matches.
+void FramePipeline::align_first(const LevelFrame& frame, const FrameGrids& grids, const Ground& expected) {
+  for (int round{0}; round < 2 && align(frame, expected) && !state_.alignment.is_identity(); ++round)
+    stages_->match(frame, grids, state_.alignment, {expected});
+}
+
+GroundFit FramePipeline::fit_ground(const LevelFrame& frame, double& ms) {
+  const MatchedFrame matches{matched(frame)};
+  const ScopedTimer timer{ms};
+  estimator_.gather(matches, ground_space_);
+  return estimator_.fit(state_.ground, frame.dt_s, ground_space_);
+}
+
+// The road hypothesis needs a plane before there are disparities. A frame whose plane is another one is matched again.
+GroundFit FramePipeline::rematch(const LevelFrame& frame, const FrameGrids& grids, const GroundFit& ground,
+                                 double& ms) {
+  if (ground.wants_rematch || frame.has_external_disparity())
+    stages_->match(frame, grids, state_.alignment, {ground.matched_on()});
+  if (!ground.wants_rematch) return ground;
+  const MatchedFrame matches{matched(frame)};
+  const ScopedTimer timer{ms};
+  estimator_.gather(matches, ground_space_);
+  return estimator_.refit(state_.ground, ground, ground_space_);
 }
 
 FrameGrids FramePipeline::grids_of(const LevelFrame& frame) const {
@@ -103,14 +117,8 @@ FrameGrids FramePipeline::grids_of(const LevelFrame& frame) const {
           grid_in_vehicle(window, inverse(frame.world_from_vehicle)), state_.is_first};
 }
 
-void FramePipeline::match(const LevelFrame& frame, const FrameGrids& grids, const MatchGround& ground) {
-  stages_->match(frame, grids, state_.alignment, ground);
-}
-
 MatchedFrame FramePipeline::matched(const LevelFrame& frame) const {
-  const HostMatches& matches{stages_->read()};
-  return {frame.left,       frame.right,  matches.lattice, stages_->mask().view(), frame.has_external_disparity(),
-          matches.obstacle, matches.road, matches.fit};
+  return {frame.left, frame.right, stages_->read().lattice, stages_->mask().view(), frame.has_external_disparity()};
 }
 
 FlowFrame FramePipeline::flow_frame(const LevelFrame& frame) const {
@@ -141,11 +149,11 @@ bool FramePipeline::align(const LevelFrame& frame, const Ground& expected) {
                                  ranges_of(cpu_));
 }
 
-TerrainRules FramePipeline::find_terrain(const LevelFrame& frame, const FrameGrids& grids, const GroundFit& ground,
-                                         double& ms, FrameResult& result) {
+TerrainRules FramePipeline::find_terrain(const FrameGrids& grids, const GroundFit& ground, double& ms,
+                                         FrameResult& result) {
   if (!state_.terrain) return {};
   const ScopedTimer timer{ms};
-  const MatchedFrame matches{matched(frame)};
+  const HostMatches& matches{stages_->read()};
   state_.terrain->find(matches.obstacle, matches.road, ground.plane, ground.matched_on(), grids.window_cells,
                        ranges_of(cpu_), result);
   return state_.terrain->rules();
@@ -161,25 +169,32 @@ float FramePipeline::blur_in(const LevelFrame& frame) const {
   return std::max(rounded_px, blur_of(stages_->read().lattice, matching.window_px));
 }
 
-// Validates the frame, and finds the segments of a valid one.
+// Checks the frame, and finds the segments of a usable one.
 Rejection FramePipeline::check(const LevelFrame& frame, const GroundFit& ground, double& segments_ms) {
   const MatchedFrame matches{matched(frame)};
-  const Rejection rejection{estimator_.validate(state_.ground, matches, ground, frame.dt_s)};
-  if (rejection != Rejection::none) return rejection;
+  Rejection rejection{check_images(matches, rig_, ground.matched_on(), config_.matching.disparities)};
+  if (rejection == Rejection::none) rejection.reason = estimator_.reason_to_reject(state_.ground, ground, frame.dt_s);
+  const bool decides_terrain{state_.terrain || !config_.ground.estimate};
+  if (rejection == Rejection::none && !decides_terrain && falls_away(matches, rig_, ground.plane))
+    rejection.reason = Rejection::falls_away;
+  if (!(rejection == Rejection::none)) return rejection;
   const ScopedTimer timer{segments_ms};
-  find_segments(matches.obstacle, ground.plane, state_.terrain ? state_.terrain->rules().relief : Relief<Host>{},
-                frame.world_from_vehicle, state_.scene_flow.vectors(), ranges_of(cpu_), clusters_);
+  find_segments(stages_->read().obstacle, ground.plane,
+                state_.terrain ? state_.terrain->rules().relief : Relief<Host>{}, frame.world_from_vehicle,
+                state_.scene_flow.vectors(), ranges_of(cpu_), clusters_);
   return rejection;
 }
 
 // Completes the result but for its obstacles. The grids are final from here on.
-void FramePipeline::publish(const LevelFrame& frame, const Verdict& verdict, FrameResult& result) {
-  const bool is_usable{verdict.is_usable()};
+void FramePipeline::publish(const LevelFrame& frame, const GroundFit& ground, const Rejection& rejection,
+                            FrameResult& result) {
+  const bool is_usable{rejection == Rejection::none};
   const bool is_joint{config_.filter.model == FilterModel::joint};
   stages_->publish(frame, result);
-  result.ground = verdict.plane;
-  report(verdict.rejection, result);
-  if (verdict.disagreeing) report_disagreement(rig_, turned_rad_, *verdict.disagreeing, result);
+  result.ground = ground.matched_on();
+  result.ground.estimated = ground.plane.estimated && is_usable;
+  report(rejection, result);
+  if (ground.disagreeing) report_disagreement(rig_, turned_rad_, *ground.disagreeing, result);
   if (!is_usable) {
     set_unknown(result.stages);
     FrameTerrain::clear(result);
@@ -191,8 +206,8 @@ void FramePipeline::publish(const LevelFrame& frame, const Verdict& verdict, Fra
   if (is_joint) complete_unobserved(frame.world_from_vehicle, result);
 }
 
-const HeldObstacles& FramePipeline::update_tracks(const LevelFrame& frame, bool is_usable, FrameResult& result,
-                                                  double& ms) {
+const HeldObstacles& FramePipeline::update_tracks(const LevelFrame& frame, const GroundFit& ground, bool is_usable,
+                                                  FrameResult& result, double& ms) {
   const ScopedTimer timer{ms};
   clusters_.clusters.clear();
   if (is_usable) {
@@ -204,13 +219,13 @@ const HeldObstacles& FramePipeline::update_tracks(const LevelFrame& frame, bool 
   Tracker& tracker{state_.tracker};
   tracker.update(result.world, clusters_.clusters, frame.world_from_vehicle, frame.dt_s, held.ids);
   tracker.report(frame.world_from_vehicle, vehicle_grid_of(config_.grid), result.obstacles);
-  state_.near.update(result, tracker, state_.ground.plane, frame.world_from_vehicle, is_usable);
+  state_.near.update(result, tracker, ground.plane, frame.world_from_vehicle, is_usable);
   return held;
 }
 
 MemoryUse FramePipeline::memory_use() const {
   MemoryUse use{stages_->memory_use()};
-  use.host_bytes += sizeof *this + held_bytes_of(estimator_, state_, velocity_evidence_, clusters_);
+  use.host_bytes += sizeof *this + held_bytes_of(state_, ground_space_, velocity_evidence_, clusters_);
   return use;
 }
 

@@ -18,20 +18,18 @@ namespace stereogrid {
 /// what a stage of process() reads is what an earlier one has returned.
 class FramePipeline {
  public:
-  /// `turned_rad`: pitch of the camera beyond that of `level_rig`, whose images have been levelled. `extrinsics_given`:
-  /// see PipelineOptions. `cpu` must outlive the pipeline.
+  /// `turned_rad`: pitch of the camera beyond that of `level_rig`, whose images have been levelled. `mode`: origin of
+  /// the extrinsics of `level_rig`. `cpu` must outlive the pipeline.
   FramePipeline(const Config& config, const Rig& level_rig, Cpu& cpu, std::unique_ptr<Stages> stages,
-                double turned_rad = 0, bool extrinsics_given = true);
+                double turned_rad = 0, GroundMode mode = GroundMode::given);
 
-  /// Processes one frame. `result` keeps status and warnings that it has.
-  void process(const LevelFrame& frame, FrameResult& result);
+  /// Processes one frame. `result` keeps status and warnings that it has. Returns extrinsics that replace the rig's:
+  /// this frame needs a pipeline for a rig with them.
+  std::optional<Ground> process(const LevelFrame& frame, FrameResult& result);
   /// Makes the next frame a first one. Ids of obstacles continue.
-  void reset() { state_.reset(rig_, estimator_); }
+  void reset() { state_.reset(rig_, first_ground_); }
   /// Continues the ids of obstacles of `before`.
   void continue_ids(const FramePipeline& before) { state_.tracker.continue_ids(before.state_.tracker); }
-
-  /// Plane that replaces assumed extrinsics: the next frame needs a pipeline for a rig with them.
-  [[nodiscard]] std::optional<Ground> estimated_extrinsics() const { return state_.ground.extrinsics.found(); }
 
   /// State between two frames: saved or loaded.
   template <class State>
@@ -42,26 +40,21 @@ class FramePipeline {
   [[nodiscard]] MemoryUse memory_use() const;
 
  private:
-  struct FoundGround {
-    GroundFit ground;
-    bool is_aligned;  ///< the vertical misalignment has been measured
-  };
-
   [[nodiscard]] FrameGrids grids_of(const LevelFrame& frame) const;
-  void match(const LevelFrame& frame, const FrameGrids& grids, const MatchGround& ground);
   [[nodiscard]] MatchedFrame matched(const LevelFrame& frame) const;
   [[nodiscard]] FlowFrame flow_frame(const LevelFrame& frame) const;
   std::span<const VelocityEvidence> track_features(const LevelFrame& frame, const GridGeometry& window, double& ms);
   bool align(const LevelFrame& frame, const Ground& expected);
-  FoundGround find_ground(const LevelFrame& frame, const GroundBefore& before, const FrameMoment& moment,
-                          const GroundEstimator::Rematch& rematch);
-  TerrainRules find_terrain(const LevelFrame& frame, const FrameGrids& grids, const GroundFit& ground, double& ms,
-                            FrameResult& result);
+  void align_first(const LevelFrame& frame, const FrameGrids& grids, const Ground& expected);
+  GroundFit fit_ground(const LevelFrame& frame, double& ms);
+  GroundFit rematch(const LevelFrame& frame, const FrameGrids& grids, const GroundFit& ground, double& ms);
+  TerrainRules find_terrain(const FrameGrids& grids, const GroundFit& ground, double& ms, FrameResult& result);
   [[nodiscard]] float blur_in(const LevelFrame& frame) const;
   Rejection check(const LevelFrame& frame, const GroundFit& ground, double& segments_ms);
-  void publish(const LevelFrame& frame, const Verdict& verdict, FrameResult& result);
+  void publish(const LevelFrame& frame, const GroundFit& ground, const Rejection& rejection, FrameResult& result);
   void add_features(const LevelFrame& frame, bool is_usable, double& ms);
-  const HeldObstacles& update_tracks(const LevelFrame& frame, bool is_usable, FrameResult& result, double& ms);
+  const HeldObstacles& update_tracks(const LevelFrame& frame, const GroundFit& ground, bool is_usable,
+                                     FrameResult& result, double& ms);
 
   Config config_;
   Rig rig_;
@@ -70,9 +63,11 @@ class FramePipeline {
   std::unique_ptr<Stages> stages_;
   Window window_;
   GroundEstimator estimator_;
+  GroundState first_ground_;
   FrameState state_;
 
   // working memory
+  GroundWorkspace ground_space_;
   EvidenceMap velocity_evidence_;
   ClusterSpace clusters_;
 };

@@ -19,8 +19,8 @@ namespace stereogrid {
 /// All that crosses frames, but for the state of the filter, which lies where the stages work: saved, loaded, reset and
 /// counted as one.
 struct FrameState {
-  FrameState(const Config& config, const Rig& level_rig, const GroundEstimator& estimator, int window_cells)
-      : ground{estimator.initial()},
+  FrameState(const Config& config, const Rig& level_rig, const GroundState& first_ground, int window_cells)
+      : ground{first_ground},
         alignment{level_rig},
         scene_flow{level_rig},
         near{level_rig, config.matching, window_cells},
@@ -29,10 +29,10 @@ struct FrameState {
       terrain.emplace(level_rig, config, vehicle_grid_of(config.grid), window_cells);
   }
 
-  /// Makes the next frame a first one. Ids of obstacles continue, confirmed extrinsics remain confirmed.
-  void reset(const Rig& level_rig, const GroundEstimator& estimator) {
+  /// Makes the next frame a first one. Ids of obstacles continue.
+  void reset(const Rig& level_rig, const GroundState& first_ground) {
     is_first = true;
-    estimator.restart(ground);
+    ground = first_ground;
     alignment = RowAlignment{level_rig};
     scene_flow = SceneFlow{level_rig};
     tracker.reset();
@@ -47,7 +47,7 @@ struct FrameState {
   }
 
   [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(ground, alignment, scene_flow, tracker, near) + (terrain ? held_bytes_of(*terrain) : 0);
+    return held_bytes_of(alignment, scene_flow, tracker, near) + (terrain ? held_bytes_of(*terrain) : 0);
   }
 
   bool is_first{true};

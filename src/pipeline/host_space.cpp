@@ -9,7 +9,6 @@ HostSpace::HostSpace(const Config& config, const Rig& level_rig, const GridGeome
       matches{level_rig.width_px, level_rig.height_px},
       heights{level_rig.width_px, level_rig.height_px},
       matching{level_rig.width_px, level_rig.height_px, config.matching, threads},
-      ground_samples{level_rig.width_px, level_rig.height_px},
       u_disparity_tables{{config.u_disparity, config.paper}, level_rig.height_px, config.matching.window_px},
       u_disparity{level_rig.width_px, level_rig.height_px, config.matching.disparities, threads},
       projection{level_rig.width_px, config.matching.disparities},
@@ -27,9 +26,8 @@ HostSpace::HostSpace(const Config& config, const Rig& level_rig, const GridGeome
 }
 
 std::size_t HostSpace::held_bytes() const {
-  return held_bytes_of(aligned_right, matches, heights, matching, ground_samples, u_disparity_tables, u_disparity,
-                       projection, rays, filter_tables, observed_world, filtered, next, weighing, block_kinds,
-                       part_kinds) +
+  return held_bytes_of(aligned_right, matches, heights, matching, u_disparity_tables, u_disparity, projection, rays,
+                       filter_tables, observed_world, filtered, next, weighing, block_kinds, part_kinds) +
          (prediction ? sizeof(PredictionSpace) + prediction->held_bytes() : 0);
 }
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "filter/filter.hpp"
-#include "ground/ground.hpp"
+#include "ground/plane_numbers.hpp"
 #include "matching/matching.hpp"
 #include "observation/projection/projection.hpp"
 #include "observation/rays/rays.hpp"
@@ -38,7 +38,6 @@ struct HostSpace {
   Matches matches;
   Image<float> heights;  ///< working memory of split_surfaces
   MatchingSpace matching;
-  GroundSpace ground_samples;
   UDisparityTables u_disparity_tables;
   UDisparitySpace u_disparity;
   ProjectionSpace projection;

@@ -10,7 +10,7 @@
 #include "backend/cpu.hpp"
 #include "filter/filter.hpp"
 #include "fusion/fusion.hpp"
-#include "ground/ground.hpp"
+#include "ground/plane_numbers.hpp"
 #include "matching/checks/external.hpp"
 #include "matching/matching.hpp"
 #include "observation/projection/projection.hpp"
@@ -45,28 +45,15 @@ class HostStages final : public Stages {
   void match(const LevelFrame& frame, const FrameGrids&, const RowAlignment& rows, const MatchGround& ground) override {
     const ScopedTimer timer{times_.match};
     HostSpace& s{space_};
-    previous_ = ground.previous;
     if (ground.surface != nullptr) {
-      split_surfaces(back_end_, frame.disparity, rig_, ground.expected, *ground.surface, config_.matching, s.heights,
+      split_surfaces(back_end_, frame.disparity, rig_, ground.plane, *ground.surface, config_.matching, s.heights,
                      s.matches);
     } else if (frame.has_external_disparity()) {
-      split(back_end_, frame.disparity, rig_, ground.expected, config_.matching, s.matches);
+      split(back_end_, frame.disparity, rig_, ground.plane, config_.matching, s.matches);
     } else {
-      stereogrid::match(back_end_, frame.left, aligned(frame.right, rows), road_plane(rig_, ground.expected),
+      stereogrid::match(back_end_, frame.left, aligned(frame.right, rows), road_plane(rig_, ground.plane),
                         config_.matching, s.matching, s.matches);
     }
-    clear_masked();
-  }
-
-  void fit_plane(const LevelFrame& frame) override {
-    const ScopedTimer timer{times_.ground};
-    HostSpace& s{space_};
-    PlaneFit& fit{host_matches_.fit};
-    fit.is_lost =
-        is_lost(rig_, config_.ground, s.matches.obstacle.view(), s.matches.road.view(), previous_, s.ground_samples);
-    fit.plane = estimate_ground(rig_, config_.ground, s.matches.road.view(), previous_, frame.dt_s, s.ground_samples);
-    if (!frame.has_external_disparity()) return;
-    split(back_end_, frame.disparity, rig_, fit.plane, config_.matching, s.matches);
     clear_masked();
   }
 
@@ -203,9 +190,7 @@ class HostStages final : public Stages {
   HostSpace space_;
   HostMatches host_matches_{space_.matches, space_.matches.obstacle.view(), space_.matches.road.view()};
 
-  // data of a frame
-  Ground previous_;
-  StageTimes times_;
+  StageTimes times_;  ///< times of a frame's stages
 };
 
 }  // namespace stereogrid

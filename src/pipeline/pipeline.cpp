@@ -26,11 +26,11 @@ namespace stereogrid {
 namespace {
 
 // Enough disparities for a tenth of the image's width, and for the nearest road that the image shows.
-int automatic_disparities(const Config& config, const Rig& level_rig) {
-  constexpr int disparities_min{64};
+int automatic_disparities(const Rig& level_rig, bool extrinsics_given) {
+  const int disparities_min{extrinsics_given ? 64 : 128};  // ground of unknown extrinsics may be near
   constexpr int disparities_max{256};
   constexpr int disparities_step{16};
-  const RoadPlane road{road_plane(level_rig, calibrated_ground(level_rig, config.ground))};
+  const RoadPlane road{road_plane(level_rig, extrinsics_of(level_rig))};
   const int last_row{level_rig.height_px - 1};
   const double nearest_px{std::max(road.disparity(0, last_row), road.disparity(level_rig.width_px - 1, last_row))};
   const int wanted{
@@ -40,9 +40,9 @@ int automatic_disparities(const Config& config, const Rig& level_rig) {
 }
 
 // With every "automatic" value. A depth z = f·b/d has the standard deviation z²·σ_d/(f·b).
-Config resolved(Config config, const Rig& level_rig) {
+Config resolved(Config config, const Rig& level_rig, bool extrinsics_given) {
   MatchingConfig& matching{config.matching};
-  if (matching.disparities == 0) matching.disparities = automatic_disparities(config, level_rig);
+  if (matching.disparities == 0) matching.disparities = automatic_disparities(level_rig, extrinsics_given);
   if (matching.external_sigma_per_m > 0) {
     const double sigma_px{matching.external_sigma_per_m * level_rig.focal_px * level_rig.baseline_m};
     matching.external_sigma_px = std::min(sigma_px, 10.0);
@@ -92,7 +92,7 @@ class Exclusive {
 struct Pipeline::Implementation {
   Implementation(const Config& parameters, const Rig& given, const PipelineOptions& asked)
       : given_rig{given},
-        config{resolved(parameters, LevelMapping{given}.level_rig())},
+        config{resolved(parameters, LevelMapping{given}.level_rig(), asked.extrinsics_given)},
         options{asked},
         is_automatic{asked.back_end == BackEnd::automatic},
         cpu{options.back_end == BackEnd::reference ? 1 : options.threads},
@@ -108,7 +108,12 @@ struct Pipeline::Implementation {
     const Rig& level_rig{mapping.level_rig()};
     return std::make_unique<FramePipeline>(config, level_rig, cpu,
                                            make_stages(level_rig, PixelMask{options.mask, mapping}),
-                                           rig.camera_pitch_rad - level_rig.camera_pitch_rad, options.extrinsics_given);
+                                           rig.camera_pitch_rad - level_rig.camera_pitch_rad, mode_of(rig));
+  }
+
+  [[nodiscard]] GroundMode mode_of(const Rig& rig) const {
+    if (options.extrinsics_given) return GroundMode::given;
+    return rig == given_rig ? GroundMode::assumed : GroundMode::found;
   }
 
   // Sets options.back_end where it is automatic.
@@ -142,25 +147,23 @@ struct Pipeline::Implementation {
     const FrameInput::Moment before{input.moment()};
     Stopwatch watch;
     try {
-      process_anywhere(frame, images, into, before);
-      std::string found{use_found_extrinsics()};
-      if (is_first && !found.empty()) {  // a pair alone gets a grid, too
-        input.rewind(before);
-        process_anywhere(frame, images, into, before);
+      if (const std::optional<Ground> found{process_anywhere(frame, images, into, before)}) {
+        std::string message{use_extrinsics(*found)};
+        input.rewind(before);  // the frame gets a grid, too
+        static_cast<void>(process_anywhere(frame, images, into, before));
+        into.warnings.push_back(std::move(message));
       }
-      if (!found.empty()) into.warnings.push_back(std::move(found));
     } catch (...) {
       input.rewind(before);  // the frame may be given again
       throw;
     }
     is_unfinished = false;
-    is_first = false;
     into.timing_ms.total = watch.lap();
   }
 
   // A GPU that is lost, or whose driver fails: `automatic` continues on the CPU.
-  void process_anywhere(const StereoFrame& frame, const FrameImages& images, FrameResult& into,
-                        const FrameInput::Moment& before) {
+  std::optional<Ground> process_anywhere(const StereoFrame& frame, const FrameImages& images, FrameResult& into,
+                                         const FrameInput::Moment& before) {
     try {
       return process_on_rig(frame, images, into);
     } catch (const DeviceError& error) {
@@ -170,12 +173,14 @@ struct Pipeline::Implementation {
     input.rewind(before);
     options.back_end = BackEnd::cpu;
     set_rig(Rig{input.rig()});
-    process_on_rig(frame, images, into);
+    const std::optional<Ground> found{process_on_rig(frame, images, into)};
     into.status.push_back(FrameStatus::gpu_lost);
     into.warnings.push_back("the GPU has failed: " + why_not_cuda + " The CPU continues, with the state reset.");
+    return found;
   }
 
-  void process_on_rig(const StereoFrame& frame, const FrameImages& images, FrameResult& into) {
+  // Returns extrinsics that replace the rig's.
+  std::optional<Ground> process_on_rig(const StereoFrame& frame, const FrameImages& images, FrameResult& into) {
     make_room(config, options.horizons_s, into);
     if (!options.stages) into.stages = std::exchange(unwanted_stages, {});
     make_room(config, input.level_rig(), into.stages);
@@ -186,18 +191,17 @@ struct Pipeline::Implementation {
 
     const LevelFrame converted{input.convert(frame, images, cpu, into)};
     is_unfinished = true;
-    frames->process(converted, into);
+    const std::optional<Ground> found{frames->process(converted, into)};
 
     if (!options.stages) unwanted_stages = std::exchange(into.stages, {});
     into.world_from_vehicle = converted.world_from_vehicle;
     window = into.world.geometry;
+    return found;
   }
 
-  // Returns the message; empty: none were found.
-  std::string use_found_extrinsics() {
-    const std::optional<Ground> found{frames->estimated_extrinsics()};
-    if (!found) return {};
-    const Rig rig{as_written(with_extrinsics(input.rig(), seen_from(*found, input.turned_rad())))};
+  // Returns the message.
+  std::string use_extrinsics(const Ground& found) {
+    const Rig rig{as_written(with_extrinsics(input.rig(), seen_from(found, input.turned_rad())))};
     set_rig(rig);
     return extrinsics_message(rig);
   }
@@ -213,7 +217,6 @@ struct Pipeline::Implementation {
 
   void reset() {
     is_unfinished = true;
-    is_first = true;
     input.restart();
     frames->reset();
     is_unfinished = false;
@@ -223,7 +226,7 @@ struct Pipeline::Implementation {
     if (is_unfinished) reset();
     StateWriter state;
     Rig rig{input.rig()};
-    state(input, is_first, rig);
+    state(input, rig);
     frames->exchange(state);
     return sealed(state.bytes(), settings_of(config, given_rig, options));
   }
@@ -235,9 +238,8 @@ struct Pipeline::Implementation {
     };
     StateReader state{unsealed(saved, settings_of(config, given_rig, options))};
     FrameInput loaded{input};
-    bool loaded_is_first{};
     Rig rig{given_rig};
-    state(loaded, loaded_is_first, rig);
+    state(loaded, rig);
     require(problems(rig).empty() && with_extrinsics(given_rig, extrinsics_of(rig)) == rig &&
             (rig == input.rig() || !options.extrinsics_given));
     if (rig != input.rig()) loaded.set_rig(rig);
@@ -247,7 +249,6 @@ struct Pipeline::Implementation {
     static_assert(std::is_nothrow_move_assignable_v<FrameInput>);
     input = std::move(loaded);
     frames = std::move(made);
-    is_first = loaded_is_first;
     is_unfinished = false;
   }
 
@@ -261,8 +262,7 @@ struct Pipeline::Implementation {
   FrameInput input;
   std::unique_ptr<FramePipeline> frames;
   StageImages unwanted_stages;
-  GridGeometry window;  // window of the last frame
-  bool is_first{true};
+  GridGeometry window;        // window of the last frame
   bool is_unfinished{false};  // the stages have begun a frame that has thrown: the next one starts anew
   std::atomic_flag in_use;
 };

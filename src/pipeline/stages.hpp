@@ -13,7 +13,7 @@
 #include "filter/joint/evidence.hpp"
 #include "geometry/grid_in_vehicle.hpp"
 #include "geometry/matches.hpp"
-#include "ground/ground.hpp"
+#include "ground/plane_numbers.hpp"
 #include "held_bytes.hpp"
 #include "images/row_alignment/row_alignment.hpp"
 #include "matching/checks/mask.hpp"
@@ -50,9 +50,8 @@ struct FrameGrids {
 
 /// Ground that a frame is matched on.
 struct MatchGround {
-  Ground expected;                       ///< plane of the road hypothesis
-  Ground previous;                       ///< plane of the frame before, for fit_plane()
-  const Relief<Host>* surface{nullptr};  ///< local ground over `expected`, by which external disparities are split
+  Ground plane;                          ///< plane of the road hypothesis
+  const Relief<Host>* surface{nullptr};  ///< local ground over the plane, by which external disparities are split
 };
 
 /// The last matches, as the host reads them. Valid until the frame is matched again.
@@ -60,7 +59,6 @@ struct HostMatches {
   const Matches& lattice;      ///< valid at the pixels of MatchLattice only
   View<const float> obstacle;  ///< (H, W) px, 0 = none
   View<const float> road;
-  PlaneFit fit{};  ///< result of fit_plane()
 };
 
 /// Input of a frame's grids beside its matches.
@@ -96,9 +94,7 @@ class Stages {
   /// Disparities of obstacles and road (III-C), or external ones split into both. Once or more in a frame.
   virtual void match(const LevelFrame& frame, const FrameGrids& grids, const RowAlignment& rows,
                      const MatchGround& ground) = 0;
-  /// Road plane through the matches. External disparities are split again, by this plane.
-  virtual void fit_plane(const LevelFrame& frame) = 0;
-  /// Waits for match() and fit_plane(). Any thread may call this.
+  /// Waits for match(). Any thread may call this.
   virtual const HostMatches& read() = 0;
   /// Occupancy of the vehicle's grid and of the window (IV, V-A), fused with the frame's other grids.
   virtual void observe(const LevelFrame& frame, const FrameGrids& grids, const Evidence& evidence,

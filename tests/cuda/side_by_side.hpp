@@ -36,8 +36,8 @@ inline std::unique_ptr<Stages> law_stages(const Config& config, const Rig& rig, 
 
 /// A frame pipeline and its last result.
 struct Runner {
-  Runner(std::unique_ptr<Stages> stages, const Config& config, const Rig& rig)
-      : frames{config, rig, cpu, std::move(stages)}, result{empty_result(config, rig)} {}
+  Runner(std::unique_ptr<Stages> stages, const Config& config, const Rig& rig, GroundMode mode = GroundMode::given)
+      : frames{config, rig, cpu, std::move(stages), 0, mode}, result{empty_result(config, rig)} {}
 
   void run(const StereoFrame& frame, double dt_s) {
     result.status.clear();
@@ -45,12 +45,13 @@ struct Runner {
     const LevelFrame level{
         frame.left.view(), frame.right.view(), frame.disparity.view(), *frame.world_from_vehicle, dt_s,
         frame.other_grids};
-    frames.process(level, result);
+    found = frames.process(level, result);
   }
 
   Cpu cpu{1};
   FramePipeline frames;
   FrameResult result;
+  std::optional<Ground> found;  ///< extrinsics that replace the rig's
 };
 
 inline void compare(const StageImages& gpu, const StageImages& law) {
@@ -68,7 +69,6 @@ inline void compare(const StageImages& gpu, const StageImages& law) {
   CHECK_EQUAL(differences(gpu.occupancy_smooth, law.occupancy_smooth), 0);
 }
 
-// The ground is summed in another order, but rounded before it is used (ground/cuda.hpp).
 inline void compare(const Ground& gpu, const Ground& law) {
   CHECK_EQUAL(gpu.estimated, law.estimated);
   CHECK_EQUAL(gpu.height_m, law.height_m);
@@ -124,9 +124,9 @@ inline void compare(const FrameResult& gpu, const FrameResult& law) {
 /// Both back ends side by side.
 class Pair {
  public:
-  Pair(const Config& config, const Rig& rig, const PixelMask& mask = {})
-      : gpu{std::make_unique<CudaStages>(config, rig, 0, StagesOptions{.mask = mask}), config, rig},
-        law{law_stages(config, rig, mask), config, rig} {}
+  Pair(const Config& config, const Rig& rig, const PixelMask& mask = {}, GroundMode mode = GroundMode::given)
+      : gpu{std::make_unique<CudaStages>(config, rig, 0, StagesOptions{.mask = mask}), config, rig, mode},
+        law{law_stages(config, rig, mask), config, rig, mode} {}
 
   void run(const StereoFrame& frame) {
     const double dt_s{frame.index == 0 ? 0 : 0.1};

@@ -133,7 +133,7 @@ NO_STAGE = {"process", "grids_of", "read", "matched", "both", "held", "clear", "
 
 def picture_violations(root: Path) -> list[str]:
     """Stages that process() calls and the figure of ARCHITECTURE.md lacks, and the other way round."""
-    body = re.search(r"void FramePipeline::process\(.*?\n}\n", (root / FRAME).read_text(encoding="utf-8"), re.DOTALL)[0]
+    body = re.search(r" FramePipeline::process\(.*?\n}\n", (root / FRAME).read_text(encoding="utf-8"), re.DOTALL)[0]
     helpers = set(re.findall(r" (\w+)\(", (root / FRAME).with_suffix(".hpp").read_text(encoding="utf-8")))
     called = set(re.findall(r"(?:stages_->|estimator_\.|state_\.\w+\.)(\w+)\(", body))
     called |= helpers & set(re.findall(r"(?<![\w.>:])(\w+)\(", body))

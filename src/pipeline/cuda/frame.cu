@@ -112,7 +112,6 @@ DeviceMemory::DeviceMemory(Cuda& cuda, const Config& config, const Rig& rig, con
       masked{rig.width_px, rig.height_px},
       matches{rig.width_px, rig.height_px, at<float>(output, layout.obstacle), at<float>(output, layout.road)},
       matching{rig.width_px, rig.height_px, config.matching},
-      ground{rig.width_px, rig.height_px},
       u_disparity{cuda, UDisparityTables{{config.u_disparity, config.paper}, rig.height_px, config.matching.window_px},
                   rig.width_px, rig.height_px, config.matching.disparities},
       projection{rig.width_px, config.matching.disparities},
@@ -199,7 +198,6 @@ double StreamTimes::between(Mark from, Mark to) const {
 StageTimes StreamTimes::stages() const {
   StageTimes times;
   times.match = between(start, matched);
-  times.ground = between(matched, ground_known);
   times.count = between(resumed, counted);
   times.project = between(counted, projected);
   times.filter = between(projected, fetched);

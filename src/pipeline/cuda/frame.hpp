@@ -9,7 +9,7 @@
 
 #include "filter/cuda.hpp"
 #include "fusion/cuda.hpp"
-#include "ground/cuda.hpp"
+#include "geometry/road_plane.hpp"
 #include "images/row_alignment/cuda.hpp"
 #include "matching/cuda.hpp"
 #include "observation/projection/cuda.hpp"
@@ -23,9 +23,8 @@ namespace stereogrid {
 /// Input of kernels that changes in every frame. Uploaded at the frame's start, so that the graphs need not be recorded
 /// again.
 struct FrameOnDevice {
-  RoadPlane plane;  ///< predicted ground plane
-  Ground expected;  ///< the same, for external disparities
-  GroundPrior prior;
+  RoadPlane plane;  ///< plane of the road hypothesis
+  Ground ground;    ///< the same; plane under the observed grids
   RowShift rows;
   GridInVehicle vehicle_cells;     ///< the vehicle's grid in the vehicle frame
   GridInVehicle window_cells;      ///< the window in the vehicle frame
@@ -44,8 +43,6 @@ struct MatchedPixels {
 struct FrameFromDevice {
   static constexpr int counting_warps{512};
 
-  Ground ground;
-  int is_lost;
   MatchedPixels matched[counting_warps];
 };
 
@@ -117,7 +114,7 @@ struct DeviceMemory {
   DeviceMemory(Cuda& cuda, const Config& config, const Rig& rig, const GridGeometry& vehicle_grid, int window_cells,
                const FilterTables& tables);
 
-  [[nodiscard]] const FrameOnDevice* frame() { return at<FrameOnDevice>(input, 0); }
+  [[nodiscard]] FrameOnDevice* frame() { return at<FrameOnDevice>(input, 0); }
   [[nodiscard]] FrameFromDevice* answer() { return at<FrameFromDevice>(output, 0); }
   void upload_frame(Cuda& cuda, const HostMemory& host, bool is_given);
   /// Counts the matches, and downloads the results that the host waits for.
@@ -140,7 +137,6 @@ struct DeviceMemory {
   DeviceImage<std::uint8_t> masked;  ///< PixelMask, where there is one
   DeviceMatches matches;
   MatchingSpaceOnDevice matching;
-  GroundOnDevice ground;
   UDisparityOnDevice u_disparity;
   ProjectionOnDevice projection;
   RaysOnDevice rays;
@@ -156,8 +152,8 @@ struct DeviceMemory {
 /// Marks on the stream, between which time is measured.
 class StreamTimes {
  public:
-  enum Mark { start, uploaded, matched, ground_known, answered, resumed, counted, projected, filtered, fetched };
-  static constexpr int marks{10};
+  enum Mark { start, uploaded, matched, answered, resumed, counted, projected, filtered, fetched };
+  static constexpr int marks{9};
 
   StreamTimes();
   StreamTimes(const StreamTimes&) = delete;

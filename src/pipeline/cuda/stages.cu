@@ -50,7 +50,6 @@ void CudaStages::load_kernels() {
   for (const bool is_given : {true, false}) {
     is_given_ = is_given;
     enqueue_match();
-    enqueue_ground();
   }
   split_surfaces();
   has_other_grids_ = true;
@@ -103,48 +102,36 @@ void CudaStages::match(const LevelFrame& frame, const FrameGrids& grids, const R
   cuda_.use();
   if (is_at_work_) synchronize();
   if (ground.surface != nullptr) {
-    put_ground(ground.expected);
+    put_ground(ground.plane);
     put_relief(*ground.surface);
     split_surfaces();
-    return fetch_answer();
+    device_.fetch_answer(cuda_, host_);
+    times_.mark(cuda_, StreamTimes::answered);
+    is_at_work_ = true;
+    is_lattice_taken_ = false;
+    return;
   }
   put_frame(frame, grids);
   FrameOnDevice& on_device{host_.frame()};
-  on_device.plane = road_plane(rig_, ground.expected);
-  on_device.expected = ground.expected;
-  on_device.prior = prior_of(rig_, config_.ground, ground.previous, frame.dt_s);
+  on_device.plane = road_plane(rig_, ground.plane);
+  on_device.ground = ground.plane;
   on_device.rows = {rows.offsets(), rows.is_identity() ? 1 : 0};
   perform(match_graphs_[is_given_ ? 1 : 0], [this] { enqueue_match(); });
-  is_answer_fetched_ = is_lattice_taken_ = false;
-}
-
-void CudaStages::fit_plane(const LevelFrame&) {
-  perform(ground_graphs_[is_given_ ? 1 : 0], [this] { enqueue_ground(); });
   times_.mark(cuda_, StreamTimes::answered);
-  is_answer_fetched_ = true;
-}
-
-void CudaStages::fetch_answer() {
-  enqueue_answer();
-  times_.mark(cuda_, StreamTimes::answered);
-  is_at_work_ = is_answer_fetched_ = true;
   is_lattice_taken_ = false;
 }
 
-// The device may have matched again since the last download.
 const HostMatches& CudaStages::read() {
   cuda_.use();
-  if (!is_answer_fetched_) fetch_answer();
   times_.wait_for(StreamTimes::answered);
   if (!is_lattice_taken_) scatter_lattice();
   is_lattice_taken_ = true;
-  host_matches_.fit = {host_.answer().ground, host_.answer().is_lost != 0};
   return host_matches_;
 }
 
 void CudaStages::put_ground(const Ground& ground) {
-  host_.answer().ground = ground;
-  upload(cuda_, &host_.answer().ground, 1, &device_.answer()->ground);
+  host_.frame().ground = ground;
+  upload(cuda_, &host_.frame().ground, 1, &device_.frame()->ground);
 }
 
 void CudaStages::put_relief(const Relief<Host>& relief) {
@@ -192,7 +179,7 @@ void CudaStages::enqueue_match() {
   times_.mark(cuda_, StreamTimes::uploaded);
   const FrameOnDevice* frame{device_.frame()};
   if (is_given_) {
-    split_given(&frame->expected);
+    split_given(&frame->ground);
   } else {
     align_rows(cuda_, device_.right.view(), &frame->rows, device_.aligned.view());
     stereogrid::match(cuda_, device_.left.view(), device_.aligned.view(), &frame->plane, config_.matching,
@@ -200,21 +187,7 @@ void CudaStages::enqueue_match() {
     clear_masked();
   }
   times_.mark(cuda_, StreamTimes::matched);
-}
-
-void CudaStages::enqueue_ground() {
-  const FrameOnDevice* frame{device_.frame()};
-  FrameFromDevice* answer{device_.answer()};
-  DeviceMatches& matches{device_.matches};
-  stereogrid::estimate_ground(cuda_, rig_, config_.ground, matches.obstacle.view(), matches.road.view(), &frame->prior,
-                              device_.ground, &answer->ground, &answer->is_lost);
-  if (is_given_) split_given(&answer->ground);  // splitting is cheap, and the plane is better now
-  enqueue_answer();
-}
-
-void CudaStages::enqueue_answer() {
   device_.fetch_answer(cuda_, host_);
-  times_.mark(cuda_, StreamTimes::ground_known);
 }
 
 void CudaStages::split_given(const Ground* ground) {
@@ -223,7 +196,7 @@ void CudaStages::split_given(const Ground* ground) {
 }
 
 void CudaStages::split_surfaces() {
-  stereogrid::split_surfaces(cuda_, device_.given.view(), rig_, &device_.answer()->ground, device_.rays.relief_view(),
+  stereogrid::split_surfaces(cuda_, device_.given.view(), rig_, &device_.frame()->ground, device_.rays.relief_view(),
                              config_.matching, device_.matches);
   clear_masked();
 }
@@ -244,7 +217,7 @@ void CudaStages::enqueue_observation(bool is_usable) {
 
 void CudaStages::count() {
   const MatchViews matches{std::as_const(device_.matches.obstacle).view(), std::as_const(device_.matches.road).view()};
-  const Ground* ground{&device_.answer()->ground};
+  const Ground* ground{&device_.frame()->ground};
   if (counts_rays()) count_rays(cuda_, matches, rig_, ground, config_.u_disparity, device_.rays);
   if (!counts_rays() || options_.stage_images) {
     stereogrid::count(cuda_, matches, rig_, ground, device_.u_disparity);

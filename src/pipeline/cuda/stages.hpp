@@ -22,7 +22,6 @@ class CudaStages final : public Stages {
 
   void match(const LevelFrame& frame, const FrameGrids& grids, const RowAlignment& rows,
              const MatchGround& ground) override;
-  void fit_plane(const LevelFrame& frame) override;
   const HostMatches& read() override;
   void observe(const LevelFrame& frame, const FrameGrids& grids, const Evidence& evidence,
                FrameResult& result) override;
@@ -50,8 +49,6 @@ class CudaStages final : public Stages {
   template <class Work>
   void perform(Graph& graph, const Work& work);
   void enqueue_match();
-  void enqueue_ground();
-  void enqueue_answer();
   void split_given(const Ground* ground);
   void split_surfaces();
   void enqueue_observation(bool is_usable);
@@ -60,7 +57,6 @@ class CudaStages final : public Stages {
   void fuse();
   void enqueue_filter();
   void scatter_lattice();
-  void fetch_answer();
   void clear_masked();
   void save(StateWriter& state);
   void load(StateReader& state);
@@ -82,10 +78,9 @@ class CudaStages final : public Stages {
   CudaBytes held_{cuda_bytes_allocated() - allocated_before_};  // by the members so far
 
   // data of a frame
-  bool is_given_{false};           ///< external disparities
-  bool has_other_grids_{false};    ///< this frame
-  bool is_at_work_{false};         ///< since the last synchronize()
-  bool is_answer_fetched_{false};  ///< the host's matches are those of the device
+  bool is_given_{false};         ///< external disparities
+  bool has_other_grids_{false};  ///< this frame
+  bool is_at_work_{false};       ///< since the last synchronize()
   bool is_lattice_taken_{false};
 
   // between frames
@@ -93,7 +88,6 @@ class CudaStages final : public Stages {
   int now_{0};                  ///< device_.states[now_] is written in this frame
 
   std::array<Graph, 2> match_graphs_;    ///< [is_given_]
-  std::array<Graph, 2> ground_graphs_;   ///< [is_given_]
   std::array<Graph, 2> observe_graphs_;  ///< [has_other_grids_]
   std::array<Graph, 2> unknown_graphs_;  ///< [has_other_grids_]
   std::array<Graph, 2> filter_graphs_;   ///< [now_]

@@ -213,11 +213,13 @@ TEST(Terrain, SaysWhatDisagrees) {
   drive({"step", car, 1.2, -0.9}, [&](const FrameResult& result, double) {
     disagreeing += has(result, FrameStatus::extrinsics_disagree) ? 1 : 0;
     if (!has(result, FrameStatus::extrinsics_disagree)) return;
-    const std::string& warning{result.warnings.back()};
-    EXPECT_NE(warning.find("camera height 1.00 m"), std::string::npos) << warning;
-    const std::size_t seen{warning.find("in use; height ")};
-    ASSERT_NE(seen, std::string::npos) << warning;
-    EXPECT_NEAR(std::stod(warning.substr(seen + 15)), 1.9, 0.3);
+    const auto warning{std::ranges::find_if(result.warnings, [](const std::string& one) {
+      return one.find("camera height 1.00 m") != std::string::npos;
+    })};
+    ASSERT_NE(warning, result.warnings.end());
+    const std::size_t seen{warning->find("in use; height ")};
+    ASSERT_NE(seen, std::string::npos) << *warning;
+    EXPECT_NEAR(std::stod(warning->substr(seen + 15)), 1.9, 0.3);
   });
   EXPECT_GE(disagreeing, 8);
 }

@@ -240,28 +240,5 @@ TEST(Trust, OtherSourcesStillCount) {
   EXPECT_GT(*std::ranges::min_element(result.observed), 0.7f);
 }
 
-// A wall in front of all visible road: no sample on the road, and none against the plane.
-TEST(Trust, ARoadThatIsHiddenIsKnownForThreeSeconds) {
-  const Rig rig{small_kitti_rig()};
-  const Texture texture{3};
-  const Image<std::uint8_t> left{
-      textured_image(texture, rig.width_px, rig.height_px, [](int u, int) { return 2.0 * u; })};
-  Matches matches{rig.width_px, rig.height_px};
-  matches.obstacle.fill(70);
-  Ground ground{rig.camera_height_m, 0, 0, false};
-  FrameValidator validator{rig, preset("default").ground, 128};
-  const auto reason_after = [&](double dt_s) {
-    return validator.validate({left.view(), left.view(), matches}, ground, dt_s);
-  };
-  EXPECT_EQ(reason_after(0), Rejection::none);
-  EXPECT_EQ(reason_after(2.9), Rejection::none);
-  EXPECT_EQ(reason_after(0.2), Rejection::road_not_seen);
-  ground.estimated = true;
-  EXPECT_EQ(reason_after(0.1), Rejection::none);
-  ground.estimated = false;
-  EXPECT_EQ(reason_after(2.9), Rejection::none);
-  EXPECT_EQ(reason_after(0.2), Rejection::road_not_seen);
-}
-
 }  // namespace
 }  // namespace stereogrid::test

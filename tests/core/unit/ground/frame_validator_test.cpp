@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "geometry/match_lattice.hpp"
-#include "ground/fit.hpp"
+#include "ground/plane_numbers.hpp"
 
 namespace stereogrid::test {
 namespace {
@@ -22,17 +22,6 @@ RoadPlane plane_of(double height_m, double roll_rad = 0) {
   ground.height_m = height_m;
   ground.roll_rad = roll_rad;
   return road_plane(rig, ground);
-}
-
-std::vector<GroundSample> samples_on(const RoadPlane& plane) {
-  std::vector<GroundSample> samples;
-  for (int v{6}; v < rig.height_px; v += 12) {
-    for (int u{6}; u < rig.width_px; u += 12) {
-      const auto disparity = static_cast<float>(plane.disparity(u, v));
-      if (disparity > 0.5f) samples.push_back({static_cast<float>(u), static_cast<float>(v), disparity});
-    }
-  }
-  return samples;
 }
 
 TEST(Matrix3, IsPositiveDefiniteIfAllLeadingMinorsAre) {
@@ -47,44 +36,6 @@ TEST(Matrix3, IsPositiveDefiniteIfAllLeadingMinorsAre) {
 TEST(Matrix3, SumsOfVectors) {
   const Vector3 sum{Vector3{{1, 2, 3}} + Vector3{{10, 20, 30}}};
   for (int i{0}; i < 3; ++i) EXPECT_EQ(sum[i], 11 * (i + 1));
-}
-
-TEST(FindPlane, FindsTheRollOfARoad) {
-  const RoadPlane road{plane_of(1.0, 0.12)};
-  RoadPlane found{plane_of(1.0)};
-  GroundConfig gates;
-  gates.roll_gate_deg = 10;
-  ASSERT_TRUE(find_plane(rig, gates, samples_on(road), found));
-  EXPECT_NEAR(found.per_u, road.per_u, 1e-3);
-  EXPECT_NEAR(found.per_v, road.per_v, 1e-3);
-}
-
-// Road up to 4 m below the camera is a better plane, if enough samples lie on it.
-TEST(FindPlane, ABetterPlaneMayBeFarFromTheGatesButHasTheSamples) {
-  const std::vector<GroundSample> samples{samples_on(plane_of(3.6))};
-  const auto all = static_cast<int>(samples.size());
-  EXPECT_TRUE(has_better_plane(rig, samples, all / 2, plane_of(1.0)));
-  EXPECT_FALSE(has_better_plane(rig, samples, all + 1, plane_of(1.0)));
-  EXPECT_FALSE(has_better_plane(rig, samples, all / 2, plane_of(3.6)));
-}
-
-TEST(NearGround, HoldsWithAHundredSamplesOfWhichSixtyAreOnThePlane) {
-  EXPECT_TRUE((NearGround{100, 60, 0}.holds()));
-  EXPECT_FALSE((NearGround{100, 59, 0}.holds()));
-  EXPECT_FALSE((NearGround{99, 99, 0}.holds()));
-}
-
-// The lowest row is 1.94 m away.
-TEST(NearGround, IsThatUpToTheNearestDistanceAndAFifth) {
-  const RoadPlane road{plane_of(1.0)};
-  for (const double far_m : {2.4, 2.1}) {
-    std::vector<GroundSample> samples{samples_on(road)};
-    const double far_px{rig.focal_px * rig.baseline_m / far_m};
-    for (GroundSample& sample : samples) sample.disparity *= sample.disparity < far_px ? 0.7f : 1.0f;
-    const NearGround found{near_ground(rig, samples, road, road, nearest_part)};
-    EXPECT_GT(found.samples, 100);
-    EXPECT_EQ(found.on_plane == found.samples, far_m > 2.3) << far_m;
-  }
 }
 
 // Matches of a road that falls away from some distance on, between two lines along the road.

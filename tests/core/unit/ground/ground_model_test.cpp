@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 #include "geometry/road_plane.hpp"
-#include "ground/fit_model.hpp"
+#include "ground/plane_numbers.hpp"
 
 #include <gtest/gtest.h>
 
@@ -99,60 +99,6 @@ TEST(GroundModel, GroundOfUndoesRoadPlane) {
     EXPECT_NEAR(back.pitch_rad, ground.pitch_rad, 1e-12);
     EXPECT_NEAR(back.roll_rad, ground.roll_rad, 1e-12);
     EXPECT_TRUE(back.estimated);
-  }
-}
-
-TEST(GroundModel, TheFitsRadiusIsFourMediansWithinItsLimits) {
-  EXPECT_EQ(radius_of_bin(0), 0.4);
-  EXPECT_EQ(radius_of_bin(1), 0.4);
-  EXPECT_NEAR(radius_of_bin(2), 4 * 2.5 / 25, 1e-12);
-  EXPECT_NEAR(radius_of_bin(10), 4 * 10.5 / 25, 1e-12);
-  EXPECT_EQ(radius_of_bin(residual_bins - 1), 2.5);
-}
-
-TEST(GroundModel, TheFitSettlesAfterItsWideRounds) {
-  EXPECT_FALSE(has_settled(wide_rounds, 0));
-  EXPECT_TRUE(has_settled(wide_rounds + 1, 0.0019));
-  EXPECT_FALSE(has_settled(wide_rounds + 1, 0.0021));
-}
-
-TEST(GroundModel, AMeasurementNeedsSamplesInFourBlocks) {
-  FitSums sums;
-  for (int i{0}; i < ground_samples_min; ++i) {
-    sums.equations.add({1, 0.01 * (i % 7), 0.01 * (i % 11)}, 1, 0.1);
-  }
-  sums.equations.complete();
-  sums.weights = sums.slopes = 1;
-  const RoadPlane plane{10, 0, 0.1, 300, 90};
-  PlaneMeasurement measurement;
-  sums.blocks = 3;
-  EXPECT_FALSE(measured(plane, sums, measurement));
-  sums.blocks = 4;
-  EXPECT_TRUE(measured(plane, sums, measurement));
-  EXPECT_NEAR(measurement.covariance[0][0], 0.03 * 0.03, 1e-12) << "what all pixels of a frame have in common";
-  EXPECT_NEAR(measurement.covariance[1][1], 0.004 * 0.004, 1e-12);
-  EXPECT_NEAR(measurement.covariance[2][2], 0.02 * 0.02, 1e-12);
-  sums.equations.inliers = ground_samples_min - 1;
-  EXPECT_FALSE(measured(plane, sums, measurement));
-}
-
-TEST(GroundModel, SigmasGrowWithTimeUpToTheCalibrations) {
-  EXPECT_NEAR(grown(0.03, 0.04, 1, 1), 0.05, 1e-12);
-  EXPECT_NEAR(grown(0.03, 0.04, 0.25, 1), std::hypot(0.03, 0.02), 1e-12);
-  EXPECT_EQ(grown(0.03, 0.04, 1, 0.02), 0.02);
-  EXPECT_EQ(grown(0, 0, 1, 1), 1e-5);
-}
-
-TEST(GroundModel, GroundLiesElsewhereWhereAQuarterMoreOfItDoes) {
-  EXPECT_FALSE(lies_elsewhere(80 * ground_samples_min, 100 * ground_samples_min));
-  EXPECT_TRUE(lies_elsewhere(80 * ground_samples_min, 100 * ground_samples_min + 1));
-  EXPECT_FALSE(lies_elsewhere(0, ground_samples_min - 1));
-  EXPECT_TRUE(lies_elsewhere(0, ground_samples_min));
-}
-
-TEST(GroundModel, BinsWithinAPxAreNearThePlane) {
-  for (int k{0}; k < distance_bins; ++k) {
-    EXPECT_EQ(is_near_the_plane(k), k == 62 || k == 63 || k == 64 || k == 65 || k == 66) << k;
   }
 }
 
