@@ -111,7 +111,7 @@ void drive(const Setting& setting, const Rig& rig, const std::vector<StereoFrame
     // wide images see obstacles beside the vehicle that are too close
     const bool is_close{std::ranges::equal(result.status, std::array{FrameStatus::too_close})};
     if (!result.warnings.empty() && !is_close) {
-      throw std::runtime_error{"not what is measured: " + result.warnings.front()};
+      throw std::runtime_error{"not what is measured: " + result.warnings.front().text};
     }
     if (i >= warm_up_frames) measured.total_ms.push_back(result.timing_ms.total);
   }

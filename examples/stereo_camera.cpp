@@ -84,7 +84,7 @@ void tell(const StereoFrame& frame, const FrameResult& result) {
   }
   std::printf("frame %s: %zu cells occupied, %zu unknown of %zu; %zu obstacles; %.0f ms\n", frame.name.c_str(),
               occupied, unknown, costmap.size(), result.obstacles.size(), result.timing_ms.total);
-  for (const std::string& warning : result.warnings) std::printf("  %s\n", warning.c_str());
+  for (const Warning& warning : result.warnings) std::printf("  %s\n", warning.text.c_str());
 }
 
 void run(const std::string& source, const std::string& calibration_file, int frames) {

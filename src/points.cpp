@@ -10,12 +10,6 @@
 namespace stereogrid {
 namespace {
 
-bool is_reliable(const FrameResult& result) {
-  return std::ranges::none_of(result.status, [](FrameStatus status) {
-    return status == FrameStatus::few_matches || status == FrameStatus::road_unknown;
-  });
-}
-
 /// From a pixel and its disparity to the vehicle frame. docs/method.md §1.1, §1.2.
 class PointAt {
  public:
@@ -56,7 +50,7 @@ std::vector<LabelledPoint> points_of(const FrameResult& result, const Rig& level
                      "Ask for them with PipelineOptions::stages, and pass FrameResult::level_rig."};
   }
   std::vector<LabelledPoint> points;
-  if (!is_reliable(result)) return points;
+  if (has_any(result.status, {FrameStatus::few_matches, FrameStatus::road_unknown})) return points;
   const auto has_disparity = [](float d) { return d > 0; };
   points.reserve(static_cast<std::size_t>(std::ranges::count_if(obstacle, has_disparity) +
                                           std::ranges::count_if(road, has_disparity)));

@@ -13,9 +13,9 @@ PoseStage::PoseStage(PoseSource poses, const Rig& rig, const Image<std::uint8_t>
   if (poses_ == PoseSource::odometry) odometry_.emplace(rig, mask);
 }
 
-std::string PoseStage::place(StereoFrame& frame) {
+std::optional<std::string> PoseStage::place(StereoFrame& frame) {
   if (poses_ == PoseSource::none) frame.world_from_vehicle.reset();
-  if (!odometry_) return "";
+  if (!odometry_) return std::nullopt;
   OdometryStep step{odometry_->update(frame)};
   frame.world_from_vehicle = step.world_from_vehicle;
   if (const auto index{static_cast<std::size_t>(frame.index)}; is_kept_ && is_kept_(index)) {

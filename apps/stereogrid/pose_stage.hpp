@@ -25,8 +25,8 @@ class PoseStage {
   /// Restores a state, before the first frame. Throws InputError if the state does not fit.
   void load(const OdometryState& state);
 
-  /// Returns a warning; empty: none. Throws InputError where the frame does not fit the rig.
-  std::string place(StereoFrame& frame);
+  /// Returns a warning, if any. Throws InputError where the frame does not fit the rig.
+  std::optional<std::string> place(StereoFrame& frame);
 
   [[nodiscard]] bool takes_time() const { return odometry_.has_value(); }
 

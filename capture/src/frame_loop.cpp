@@ -17,7 +17,7 @@ void run_frames(Pipeline& pipeline, FrameHandler& frames) {
       if (prepared->begins_anew) pipeline.reset();
       pipeline.process(prepared->frame, result);
       if (prepared->odometry_ms) result.timing_ms.odometry = *prepared->odometry_ms;
-      if (!prepared->warning.empty()) result.warnings.push_back(prepared->warning);
+      if (prepared->warning) result.warnings.push_back({std::move(*prepared->warning)});
       frames.deliver(*prepared, result);
     } catch (const InputError& error) {
       frames.refuse(error.what());

@@ -35,8 +35,8 @@ struct Exposure {
 [[nodiscard]] STEREOGRID_EXPORT bool is_unequal(const Exposure& exposure);
 
 /// Message with the brighter image, the difference and the remedy; rounded, so that the frames of a drive have few
-/// messages. FrameResult::warnings contains it for frames with unequal exposures. FrameStatus has no flag for them, as
-/// the remaining matches are reliable.
+/// messages. FrameResult::warnings contains it for frames with unequal exposures, without a status: the remaining
+/// matches are reliable.
 [[nodiscard]] STEREOGRID_EXPORT std::string text_of(const Exposure& exposure);
 
 /// End of that message.

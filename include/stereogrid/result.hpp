@@ -2,13 +2,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <initializer_list>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "stereogrid/camera.hpp"
+#include "stereogrid/exposure.hpp"
 #include "stereogrid/frame.hpp"
 #include "stereogrid/grid.hpp"
 #include "stereogrid/obstacle.hpp"
@@ -70,6 +75,17 @@ constexpr std::array<std::string_view, 9> names_of(FrameStatus) {
           "road_unknown", "extrinsics_disagree", "too_close",    "gpu_lost"};
 }
 
+[[nodiscard]] inline bool has_any(const std::vector<FrameStatus>& status, std::initializer_list<FrameStatus> wanted) {
+  return std::ranges::find_first_of(status, wanted) != status.end();
+}
+
+/// Message about a frame.
+struct Warning {
+  std::string text;
+  std::optional<FrameStatus> status{};  ///< condition that it describes; none: the grids are not limited
+  friend bool operator==(const Warning&, const Warning&) = default;
+};
+
 /// Result of a frame.
 struct FrameResult {
   Rig rig;                     ///< rig of this frame: as given, or with estimated extrinsics
@@ -91,7 +107,14 @@ struct FrameResult {
   StageImages stages;  ///< empty: see PipelineOptions::stages
   StageTimes timing_ms;
   std::vector<FrameStatus> status;  ///< each at most once, in the order of FrameStatus; empty: none
-  std::vector<std::string> warnings;
+  std::vector<Warning> warnings;
+  Exposure exposure;  ///< exposure of both images; equal without a right one
+
+  /// Adds a status and its message. No `text`: an earlier frame has the message.
+  void add(FrameStatus condition, std::optional<std::string> text) {
+    status.push_back(condition);
+    if (text) warnings.push_back({std::move(*text), condition});
+  }
 };
 
 }  // namespace stereogrid

@@ -84,10 +84,7 @@ void check(const FrameResult& result) {
 }
 
 bool goes_on(const FrameResult& result) {
-  return std::ranges::none_of(result.status, [](FrameStatus status) {
-    return status == FrameStatus::clock_gap || status == FrameStatus::clock_stepped_back ||
-           status == FrameStatus::pose_jump;
-  });
+  return !has_any(result.status, {FrameStatus::clock_gap, FrameStatus::clock_stepped_back, FrameStatus::pose_jump});
 }
 
 }  // namespace

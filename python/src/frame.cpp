@@ -135,7 +135,7 @@ void bind_frame(nb::module_& module) {
       [](Frame& self, const std::optional<Pose2>& pose) { self.data.world_from_vehicle = pose; },
       nb::for_setter(nb::arg("pose").none()), "world_from_vehicle; None: unknown.");
   frame.def_prop_ro(
-      "warning", [](const Frame& self) { return self.warning; },
+      "warning", [](const Frame& self) { return self.warning.value_or(""); },
       "Warning of the odometry, added to the result's; \"\": none.");
   bind_other_grids(frame);
   frame.def_prop_ro("truth", &truth_of,

@@ -48,7 +48,7 @@ ResultObject PyPipeline::process(const Frame& frame) {
 void PyPipeline::run(const Frame& frame, const FrameImages& images, Result& result) {
   pipeline_.process(frame.data, images, result.data);
   if (frame.odometry_ms) result.data.timing_ms.odometry = *frame.odometry_ms;
-  if (!frame.warning.empty()) result.data.warnings.push_back(frame.warning);
+  if (frame.warning) result.data.warnings.push_back({*frame.warning});
   result.name = frame.data.name;
   result.index = frame.data.index;
   result.stamp_ns = frame.data.stamp_ns;

@@ -51,7 +51,7 @@ class Recording {
 /// A frame, and what its source adds to the result (as capture::PreparedFrame).
 struct Frame {
   StereoFrame data;
-  std::string warning{};
+  std::optional<std::string> warning{};
   std::optional<double> odometry_ms{};
   std::shared_ptr<const Recording> recording{};  ///< none: of arrays
 };

@@ -175,7 +175,11 @@ void bind_facts(nb::class_<Result>& result) {
   result.def_prop_ro("timing_ms", &times_of, "Wall-clock times of the stages.");
   result.def_prop_ro(
       "status", [](const Result& self) { return self.data.status; }, "Flags to check before relying on the grids.");
-  result.def_prop_ro("warnings", [](const Result& self) { return self.data.warnings; });
+  result.def_prop_ro("warnings", [](const Result& self) {
+    std::vector<std::string> texts;
+    for (const Warning& warning : self.data.warnings) texts.push_back(warning.text);
+    return texts;
+  });
   result.def(
       "save",
       [](const Result& self, const std::filesystem::path& path, const std::vector<std::string>& layers) {

@@ -134,10 +134,10 @@ class RunWriter {
 
   [[nodiscard]] ResultObject fused(const Frame& frame) {
     Frame with_lidar{frame};
-    const std::string warning{
+    const std::optional<std::string> warning{
         lidar_.add_grid(with_lidar.data, pipeline_.exclusively([](const Pipeline& p) { return p.next_rig(); }))};
     ResultObject result{pipeline_.process(with_lidar)};
-    if (!warning.empty()) nb::cast<Result&>(result).data.warnings.push_back(warning);
+    if (warning) nb::cast<Result&>(result).data.warnings.push_back({*warning});
     return result;
   }
 

@@ -164,10 +164,7 @@ Rejection check_images(const MatchedFrame& frame, const Rig& level_rig, const Gr
 }
 
 void report(const Rejection& rejection, FrameResult& result) {
-  const auto add = [&](FrameStatus flag, const char* sentence) {
-    result.status.push_back(flag);
-    result.warnings.emplace_back(sentence);
-  };
+  const auto add = [&](FrameStatus flag, const char* sentence) { result.add(flag, sentence); };
   if (rejection == Rejection::few_matches) {
     add(FrameStatus::few_matches,
         "left and right image hardly match: the grid is unknown. Check that the images are of the same instant, "
@@ -187,7 +184,8 @@ void report(const Rejection& rejection, FrameResult& result) {
         "the road has not been visible for more than 3 s: the grid is unknown. If the road is in view, correct mount "
         "in the calibration.");
   }
-  if (is_unequal(rejection.exposure)) result.warnings.push_back(text_of(rejection.exposure));
+  result.exposure = rejection.exposure;
+  if (is_unequal(result.exposure)) result.warnings.push_back({text_of(result.exposure)});
 }
 
 void report_disagreement(const Rig& level_rig, double turned_rad, const Ground& plane, FrameResult& result) {
@@ -202,8 +200,7 @@ void report_disagreement(const Rig& level_rig, double turned_rad, const Ground& 
       "large obstacle. If the camera was moved, correct mount in the calibration.",
       level_rig.camera_height_m, degrees(level_rig.camera_pitch_rad + turned_rad), degrees(level_rig.camera_roll_rad),
       seen.height_m, degrees(seen.pitch_rad), degrees(seen.roll_rad));
-  result.status.push_back(FrameStatus::extrinsics_disagree);
-  result.warnings.emplace_back(text.data());
+  result.add(FrameStatus::extrinsics_disagree, text.data());
 }
 
 void set_unknown(StageImages& stages) {

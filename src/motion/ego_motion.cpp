@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 namespace stereogrid {
 namespace {
@@ -60,15 +61,13 @@ bool EgoMotion::follows(const Pose2& motion, const std::optional<Rate>& rate) co
 }
 
 EgoMotion::Placing EgoMotion::place_without_pose(double dt_s) {
-  Placing placing;
-  if (!has_warned_) {
-    placing.warning = rate_ ? "no pose: the last motion continues" : "no pose: the vehicle is assumed to be static";
-  }
+  world_from_vehicle_ = world_from_vehicle_ * motion_of(rate_, dt_s);
+  Placing placing{world_from_vehicle_};
   // without any pose so far this may be intended
   if (!has_warned_ || input_from_world_) placing.status = FrameStatus::pose_missing;
-  has_warned_ = true;
-  world_from_vehicle_ = world_from_vehicle_ * motion_of(rate_, dt_s);
-  placing.world_from_vehicle = world_from_vehicle_;
+  if (!std::exchange(has_warned_, true)) {
+    placing.warning = rate_ ? "no pose: the last motion continues" : "no pose: the vehicle is assumed to be static";
+  }
   return placing;
 }
 
@@ -76,7 +75,7 @@ EgoMotion::Placing EgoMotion::move_along(const Pose2& pose, const Pose2& motion)
   const Pose2 expected{motion_of(rate_, since_pose_s_)};
   world_from_vehicle_ = world_from_last_pose_ * expected;
   input_from_world_ = pose * inverse(world_from_vehicle_);
-  return {world_from_vehicle_, text_of(inverse(expected) * motion), FrameStatus::pose_jump};
+  return {world_from_vehicle_, FrameStatus::pose_jump, text_of(inverse(expected) * motion)};
 }
 
 void EgoMotion::restart() {

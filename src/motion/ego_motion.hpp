@@ -34,8 +34,8 @@ class EgoMotion {
 
   struct Placing {
     Pose2 world_from_vehicle;
-    std::string warning{};                ///< empty: none
-    std::optional<FrameStatus> status{};  ///< pose_missing, pose_jump
+    std::optional<FrameStatus> status{};   ///< pose_missing, pose_jump
+    std::optional<std::string> warning{};  ///< none: no status, or given with an earlier frame
   };
   /// The next frame's place. `pose`: of the vehicle in any fixed frame, none: unknown; `dt_s`: since the frame before.
   Placing place(const std::optional<Pose2>& pose, double dt_s);

@@ -44,8 +44,7 @@ LevelFrame FrameInput::convert(const StereoFrame& frame, const FrameImages& imag
   FrameClock::Tick tick{clock_.tick(frame.stamp_ns)};
   if (tick.leap) {
     ego_motion_.restart();
-    result.status.push_back(*tick.leap);
-    result.warnings.push_back(std::move(tick.warning));
+    result.add(*tick.leap, std::move(tick.warning));
   }
   const double dt_s{tick.dt_s};
   const Pose2 before{ego_motion_.world_from_vehicle()};
@@ -67,8 +66,7 @@ LevelFrame FrameInput::convert(const StereoFrame& frame, const FrameImages& imag
 
 Pose2 FrameInput::place(const StereoFrame& frame, double dt_s, FrameResult& result) {
   EgoMotion::Placing placing{ego_motion_.place(frame.world_from_vehicle, dt_s)};
-  if (!placing.warning.empty()) result.warnings.push_back(std::move(placing.warning));
-  if (placing.status) result.status.push_back(*placing.status);
+  if (placing.status) result.add(*placing.status, std::move(placing.warning));
   return placing.world_from_vehicle;
 }
 

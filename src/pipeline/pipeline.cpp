@@ -151,7 +151,7 @@ struct Pipeline::Implementation {
         std::string message{use_extrinsics(*found)};
         input.rewind(before);  // the frame gets a grid, too
         static_cast<void>(process_anywhere(frame, images, into, before));
-        into.warnings.push_back(std::move(message));
+        into.warnings.push_back({std::move(message)});
       }
     } catch (...) {
       input.rewind(before);  // the frame may be given again
@@ -174,8 +174,8 @@ struct Pipeline::Implementation {
     options.back_end = BackEnd::cpu;
     set_rig(Rig{input.rig()});
     const std::optional<Ground> found{process_on_rig(frame, images, into)};
-    into.status.push_back(FrameStatus::gpu_lost);
-    into.warnings.push_back("the GPU has failed: " + why_not_cuda + " The CPU continues, with the state reset.");
+    into.add(FrameStatus::gpu_lost,
+             "the GPU has failed: " + why_not_cuda + " The CPU continues, with the state reset.");
     return found;
   }
 

@@ -115,7 +115,7 @@ TEST(FrameQueue, PreparesFramesInTheirOrder) {
       ASSERT_TRUE(item);
       EXPECT_EQ(item->index, i);
       EXPECT_EQ(item->frame.has_value(), i != 7 && i != 11) << i;
-      EXPECT_EQ(item->warning, i == 7 ? "" : "prepared " + source.name(i));
+      EXPECT_EQ(item->warning.value_or(""), i == 7 ? "" : "prepared " + source.name(i));
       EXPECT_EQ(item->prepared_ms > 0, i != 7);
       EXPECT_EQ(item->error, i == 7 ? "f7 is damaged" : i == 11 ? "cannot be prepared" : "");
     }

@@ -18,7 +18,7 @@ namespace stereogrid::io::testing {
 namespace {
 
 using ::testing::HasSubstr;
-using ::testing::IsEmpty;
+using ::testing::Optional;
 
 std::vector<StereoFrame> render(const std::string& scene) {
   const scenes::Scene source{scenes::parse_scene(scene)};
@@ -73,7 +73,7 @@ TEST(Odometry, FollowsAStreet) {
     EXPECT_GT(steps[i].inliers, 100) << i;
     EXPECT_GE(steps[i].tracked, steps[i].inliers) << i;
     EXPECT_GT(steps[i].spread, 0.5) << i;
-    EXPECT_THAT(steps[i].warning, IsEmpty()) << i;
+    EXPECT_EQ(steps[i].warning, std::nullopt) << i;
   }
 }
 
@@ -140,7 +140,7 @@ TEST(Odometry, CarriesTheLastMotionOnInTheDark) {
   const std::vector<OdometryStep> steps{steps_of(frames, rig_of(street))};
   for (std::size_t i{6}; i < 8; ++i) {
     EXPECT_FALSE(steps[i].measured) << i;
-    EXPECT_THAT(steps[i].warning, HasSubstr("the last motion continues")) << i;
+    EXPECT_THAT(steps[i].warning, Optional(HasSubstr("the last motion continues"))) << i;
   }
   EXPECT_TRUE(steps[8].measured) << "the frame before the dark still serves";
   EXPECT_LT(length_m(drift(frames, steps)), 0.02 * way_m(frames));
@@ -180,7 +180,7 @@ TEST(Odometry, NothingToSeeIsStandstillWithAWarning) {
   const OdometryStep step{odometry.update(grey)};
   EXPECT_FALSE(step.measured);
   EXPECT_EQ(step.world_from_vehicle, Pose2{});
-  EXPECT_THAT(step.warning, HasSubstr("too few points"));
+  EXPECT_THAT(step.warning, Optional(HasSubstr("too few points")));
 }
 
 // A wall with texture straight ahead; on it, where it is given, something nearer.

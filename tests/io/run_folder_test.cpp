@@ -63,7 +63,7 @@ FrameResult result_of(std::int64_t index) {
   result.vehicle.occupancy.fill(static_cast<float>(index) / 10);
   result.vehicle.velocity_y(2, 1) = -3;
   result.timing_ms.total = static_cast<double>(index);
-  result.warnings = {"dark"};
+  result.warnings = {{"dark", FrameStatus::few_matches}, {"no lidar"}};
   result.status = {FrameStatus::few_matches};
   result.obstacles.emplace_back();
   result.obstacles.back().id = 7;
@@ -243,7 +243,7 @@ TEST_F(RunFolder, GoesOnWithWhatItHolds) {
   record.resume();
   ASSERT_EQ(record.finished().size(), 2U);
   EXPECT_EQ(record.finished()[1].index, 7U);
-  EXPECT_THAT(record.finished()[1].warnings, ElementsAre("dark"));
+  EXPECT_EQ(record.finished()[1].warnings, result_of(7).warnings);
   EXPECT_EQ(record.frames_with(FrameStatus::few_matches), 2U);
   EXPECT_EQ(record.frames_with(FrameStatus::road_unknown), 0U);
   ASSERT_EQ(record.skipped().size(), 1U);

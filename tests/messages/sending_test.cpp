@@ -168,7 +168,7 @@ TEST(StatusMessage, WarnsOfAPoorFrame) {
   auto array{sent_on<DiagnosticArray>("/stereo_grid/status", result)};
   EXPECT_EQ(array.status.at(0).level, std::byte{1});
   EXPECT_EQ(array.status.at(0).message, "pose_missing, few_matches");
-  result.warnings = {"The lens is dirty."};
+  result.warnings = {{"The lens is dirty."}};
   EXPECT_EQ(sent_on<DiagnosticArray>("/stereo_grid/status", result).status.at(0).message, "The lens is dirty.");
 }
 

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "diagnostics/pair_faults.hpp"
-#include "stereogrid/exposure.hpp"
 #include "stereogrid/io/calibration.hpp"
 #include "stereogrid/level_mapping.hpp"
 
@@ -19,21 +18,14 @@ namespace {
 constexpr double degrees{57.29577951308232};
 constexpr double pitch_step_rad{1e-4};  // resolution of FrameTally::road_pitches
 
-bool has(const io::FrameSummary& frame, FrameStatus flag) {
-  return std::ranges::count(frame.status, flag) > 0;
-}
-
-/// Text of the warning about unequal exposures; "": there is none.
-std::string exposure_warning(const std::vector<std::string>& warnings) {
-  const auto found{std::ranges::find_if(
-      warnings, [](const std::string& text) { return text.find(exposure_remedy) != std::string::npos; })};
-  return found == warnings.end() ? "" : *found;
+std::string text_of(const io::FrameSummary& frame, FrameStatus flag) {
+  const auto found{std::ranges::find(frame.warnings, flag, &Warning::status)};
+  return found == frame.warnings.end() ? "" : found->text;
 }
 
 /// Flags of time and pose describe how the frames follow each other, not the images.
 bool is_of_images(FrameStatus flag) {
-  return flag != FrameStatus::clock_gap && flag != FrameStatus::clock_stepped_back &&
-         flag != FrameStatus::pose_missing && flag != FrameStatus::pose_jump;
+  return flag > FrameStatus::pose_jump;
 }
 
 double median_pitch_rad(const FrameTally& tally) {
@@ -70,8 +62,7 @@ class Complaining {
   void complain_of_exposure() {
     const FrameCount& unequal{tally_.unequal_exposure};
     if (unequal.frames == 0) return;
-    say(fmt::format("in {} (first: {}) {}", share(unequal), unequal.first_name,
-                    exposure_warning(unequal.first_warnings)));
+    say(fmt::format("in {} (first: {}) {}", share(unequal), unequal.first.name, *unequal.first.exposure_warning));
   }
 
   void complain_of(FrameStatus flag) {
@@ -79,30 +70,22 @@ class Complaining {
     const FrameCount& flagged{tally_.with(flag)};
     if (flagged.frames == 0 || !is_of_images(flag)) return;
     if (flag == FrameStatus::few_matches) return complain_of_matches(flagged);
-    // a frame may have several statuses, each with its warning
-    const auto is_of_flag = [flag](const std::string& warning) {
-      const bool is_of_extrinsics{warning.find("does not fit the extrinsics") != std::string::npos};
-      return is_of_extrinsics == (flag == FrameStatus::extrinsics_disagree);
-    };
-    const auto& warnings{flagged.first_warnings};
-    const auto found{std::find_if(warnings.rbegin(), warnings.rend(), is_of_flag)};
-    say(fmt::format("in {} (first: {}): {}: {}", share(flagged), flagged.first_name,
-                    names_of(flag)[static_cast<std::size_t>(flag)], found == warnings.rend() ? "" : *found));
+    say(fmt::format("in {} (first: {}): {}: {}", share(flagged), flagged.first.name,
+                    names_of(flag)[static_cast<std::size_t>(flag)], text_of(flagged.first, flag)));
   }
 
   void complain_of_matches(const FrameCount& unmatched) {
     PairFault fault;
-    if (const auto frame{context_.frame_at(unmatched.first_index)}) {
-      fault = fault_of_pair(context_.input, unmatched.first_index, *frame);
+    if (const auto frame{context_.frame_at(unmatched.first.index)}) {
+      fault = fault_of_pair(context_.input, unmatched.first.index, *frame);
     }
     complaints_.are_sides_swapped = fault.is_swapped;
-    if (fault.text.empty()) fault.text = exposure_warning(unmatched.first_warnings);
     if (fault.text.empty()) {
-      fault.text =
-          "are they of the same instant and the same place, rectified with this calibration, and not all noise?";
+      fault.text = unmatched.first.exposure_warning.value_or(
+          "are they of the same instant and the same place, rectified with this calibration, and not all noise?");
     }
     say(fmt::format("in {} left and right image hardly match, and the grid is unknown (first: {}): {}",
-                    share(unmatched), unmatched.first_name, fault.text));
+                    share(unmatched), unmatched.first.name, fault.text));
   }
 
   // Single frames without a road occur on every drive; its plane is carried over.
@@ -113,16 +96,16 @@ class Complaining {
     const bool is_single{missed.frames == 1 && tally_.frames > 1};
     const bool is_missed{context_.config.ground.estimate && !is_single && every * missed.frames >= tally_.frames};
     if (missed.frames == 0 || (!is_missed && unknown.frames == 0)) return;
-    const auto frame{context_.frame_at(missed.first_index)};
+    const auto frame{context_.frame_at(missed.first.index)};
     if (frame && is_upside_down(*frame, context_.config, context_.given)) {
       return say("the images are upside down: the road is above. Turn both by 180° and exchange left and right.");
     }
-    std::string text{fmt::format("road not found in {} (first: {})", share(missed), missed.first_name)};
+    std::string text{fmt::format("road not found in {} (first: {})", share(missed), missed.first.name)};
     if (unknown.frames > 0) {
       text += fmt::format("; in {} the ground plane is unknown, and so is the grid", share(unknown));
     }
     const bool is_explained{unknown.frames > 0 && context_.input.extrinsics_given};
-    say(is_explained ? text + ": " + unknown.first_warnings.front() : text + advice_on_extrinsics());
+    say(is_explained ? text + ": " + text_of(unknown.first, FrameStatus::road_unknown) : text + advice_on_extrinsics());
   }
 
   [[nodiscard]] std::string advice_on_extrinsics() const {
@@ -185,25 +168,18 @@ class Complaining {
 
 }  // namespace
 
-void FrameCount::add(const io::FrameSummary& frame) {
-  if (frames++ > 0) return;
-  first_index = frame.index;
-  first_name = frame.name;
-  first_warnings = frame.warnings;
-}
-
 bool shows_road(const io::FrameSummary& frame) {
-  return frame.ground.estimated && !has(frame, FrameStatus::few_matches) && !has(frame, FrameStatus::road_unknown);
+  return frame.ground.estimated && !has_any(frame.status, {FrameStatus::few_matches, FrameStatus::road_unknown});
 }
 
 void FrameTally::add(const io::FrameSummary& frame) {
   ++frames;
   if (!frame.is_known) unknown.add(frame);
   for (const FrameStatus flag : frame.status) flags[static_cast<std::size_t>(flag)].add(frame);
-  if (!exposure_warning(frame.warnings).empty()) unequal_exposure.add(frame);
+  if (frame.exposure_warning) unequal_exposure.add(frame);
   if (shows_road(frame)) {
     ++road_pitches[static_cast<int>(std::lround(frame.ground.pitch_rad / pitch_step_rad))];
-  } else if (!has(frame, FrameStatus::few_matches)) {
+  } else if (!has_any(frame.status, {FrameStatus::few_matches})) {
     without_road.add(frame);
   }
 }

@@ -21,11 +21,11 @@ namespace stereogrid::app {
 /// Number of frames that have something in common, and the first of them.
 struct FrameCount {
   std::size_t frames{0};
-  std::size_t first_index{0};
-  std::string first_name{};
-  std::vector<std::string> first_warnings{};
+  io::FrameSummary first{};
 
-  void add(const io::FrameSummary& frame);
+  void add(const io::FrameSummary& frame) {
+    if (frames++ == 0) first = frame;
+  }
 };
 
 /// True where the images match and show the road plane.

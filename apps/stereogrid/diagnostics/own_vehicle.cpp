@@ -40,10 +40,8 @@ int gradient_at(const Image<std::uint8_t>& image, int u, int v) {
 }
 
 bool is_known(const FrameResult& result) {
-  return std::ranges::none_of(result.status, [](FrameStatus flag) {
-    return flag == FrameStatus::road_unknown || flag == FrameStatus::few_matches || flag == FrameStatus::pose_missing ||
-           flag == FrameStatus::pose_jump;
-  });
+  return !has_any(result.status, {FrameStatus::road_unknown, FrameStatus::few_matches, FrameStatus::pose_missing,
+                                  FrameStatus::pose_jump});
 }
 
 std::vector<int> medians(const std::vector<int>& values) {

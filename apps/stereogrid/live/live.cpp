@@ -117,7 +117,7 @@ class LiveLoop final : private capture::FrameHandler {
   void count(const StereoFrame& frame, const FrameResult& result) {
     tally_.add(io::summary_of(frame, result));
     const auto index{static_cast<std::size_t>(frame.index)};
-    const auto is_first = [index](const FrameCount& poor) { return poor.frames == 1 && poor.first_index == index; };
+    const auto is_first = [index](const FrameCount& poor) { return poor.frames == 1 && poor.first.index == index; };
     if (is_first(tally_.with(FrameStatus::few_matches)) || is_first(tally_.without_road)) {
       poor_frames_.emplace(index, frame);
     }
@@ -133,12 +133,12 @@ class LiveLoop final : private capture::FrameHandler {
     page_.note(result, facts);
   }
 
-  void tell_warnings(const std::vector<std::string>& warnings) {
+  void tell_warnings(const std::vector<Warning>& warnings) {
     std::vector<std::string> now;
-    for (const std::string& warning : warnings) {
-      now.push_back(without_digits(warning));
+    for (const Warning& warning : warnings) {
+      now.push_back(without_digits(warning.text));
       const bool is_new{std::ranges::find(told_, now.back()) == told_.end()};
-      spdlog::log(is_new ? spdlog::level::warn : spdlog::level::debug, "{}", warning);
+      spdlog::log(is_new ? spdlog::level::warn : spdlog::level::debug, "{}", warning.text);
     }
     told_ = std::move(now);
   }

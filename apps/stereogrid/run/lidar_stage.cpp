@@ -18,14 +18,14 @@ LidarStage::LidarStage(bool wanted, const Input& input, const GridGeometry& grid
   }
 }
 
-std::string LidarStage::add_grid(StereoFrame& frame, const Rig& rig) const {
-  if (!wanted_) return "";
+std::optional<std::string> LidarStage::add_grid(StereoFrame& frame, const Rig& rig) const {
+  if (!wanted_) return std::nullopt;
   try {
     const std::vector<evaluation::CameraPoint> points{sweeps_.of(static_cast<std::size_t>(frame.index))};
     if (points.empty()) return std::string{stereo_alone} + "no lidar sweep";
     frame.other_grids.push_back(
         {grid_, evaluation::lidar_grid(points, sweeps_.lidar_in_camera(), rig, grid_, rig.camera_height_m)});
-    return "";
+    return std::nullopt;
   } catch (const InputError& error) {
     return stereo_alone + std::string{error.what()};
   }

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "input.hpp"
@@ -20,8 +21,8 @@ class LidarStage {
   LidarStage(bool wanted, const Input& input, const GridGeometry& grid);
 
   /// Gives the frame the grid that an inverse sensor model makes of its sweep, the camera being mounted as `rig` says.
-  /// Returns a warning where there is none (`stereo_alone` and the reason), "" otherwise.
-  [[nodiscard]] std::string add_grid(StereoFrame& frame, const Rig& rig) const;
+  /// Returns a warning where there is none: `stereo_alone` and the reason.
+  [[nodiscard]] std::optional<std::string> add_grid(StereoFrame& frame, const Rig& rig) const;
 
  private:
   bool wanted_;

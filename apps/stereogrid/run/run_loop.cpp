@@ -107,7 +107,7 @@ bool RunLoop::load() {
 void RunLoop::deliver(capture::PreparedFrame& prepared, FrameResult& result) {
   last_processed_ = queued_.index;
   if (queued_.index < first_to_write_) return;
-  if (!lidar_warning_.empty()) result.warnings.push_back(lidar_warning_);
+  if (lidar_warning_) result.warnings.push_back({*lidar_warning_});
   tell_warnings(queued_.name, result.warnings);
   ++frames_done_;
   record_.set_rig(pipeline_.next_rig());
@@ -150,10 +150,10 @@ void RunLoop::save_skipped() {
   record_.save(false);
 }
 
-void RunLoop::tell_warnings(const std::string& name, const std::vector<std::string>& warnings) {
-  for (const std::string& warning : warnings) {
-    const bool is_new{told_.insert(without_digits(warning)).second};
-    spdlog::log(is_new ? spdlog::level::warn : spdlog::level::debug, "frame {}: {}", name, warning);
+void RunLoop::tell_warnings(const std::string& name, const std::vector<Warning>& warnings) {
+  for (const Warning& warning : warnings) {
+    const bool is_new{told_.insert(without_digits(warning.text)).second};
+    spdlog::log(is_new ? spdlog::level::warn : spdlog::level::debug, "frame {}: {}", name, warning.text);
   }
 }
 

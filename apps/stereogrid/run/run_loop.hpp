@@ -50,7 +50,7 @@ class RunLoop final : private capture::FrameHandler {
   std::optional<io::Checkpoint> checkpoint_after(std::size_t index);
   void skip(const std::string& reason);
   void save_skipped();
-  void tell_warnings(const std::string& name, const std::vector<std::string>& warnings);
+  void tell_warnings(const std::string& name, const std::vector<Warning>& warnings);
 
   Pipeline& pipeline_;
   PoseStage& poses_;
@@ -64,8 +64,8 @@ class RunLoop final : private capture::FrameHandler {
   std::size_t next_{first_to_write_};
   io::FrameQueue* queue_{nullptr};  ///< while go_through() runs
   Progress* progress_{nullptr};
-  io::QueuedFrame queued_;     ///< frame in work
-  std::string lidar_warning_;  ///< last warning about the lidar
+  io::QueuedFrame queued_;                    ///< frame in work
+  std::optional<std::string> lidar_warning_;  ///< about the lidar of the last frame
   bool has_ended_{false};
   std::string unavailable_;
   std::optional<std::size_t> last_processed_;

@@ -20,7 +20,8 @@ namespace {
 
 std::ptrdiff_t frames_of_stereo_alone(const io::RunRecord& record) {
   return std::ranges::count_if(record.finished(), [](const io::FrameSummary& frame) {
-    return std::ranges::any_of(frame.warnings, [](const std::string& text) { return text.starts_with(stereo_alone); });
+    return std::ranges::any_of(frame.warnings,
+                               [](const Warning& warning) { return warning.text.starts_with(stereo_alone); });
   });
 }
 

@@ -121,10 +121,17 @@ Pose2 pose_of(const Json& line) {
   return {number(pose, "x_m", farthest), number(pose, "y_m", farthest), number(pose, "yaw_rad", farthest)};
 }
 
-// Grids of lines that are read again are not: here the flags decide.
-bool is_known_by(const std::vector<FrameStatus>& status) {
-  return std::ranges::none_of(
-      status, [](FrameStatus flag) { return flag == FrameStatus::few_matches || flag == FrameStatus::road_unknown; });
+// Lines have texts alone. Those of the statuses come first, in the order of these; the exposure's may be among them.
+void set_warnings(FrameSummary& frame, const std::vector<std::string>& texts) {
+  auto status{frame.status.begin()};
+  for (const std::string& text : texts) {
+    Warning& warning{frame.warnings.emplace_back(Warning{text})};
+    if (text.find(exposure_remedy) != std::string::npos) {
+      frame.exposure_warning = text;
+    } else if (status != frame.status.end()) {
+      warning.status = *status++;
+    }
+  }
 }
 
 FrameSummary summary_of(const Json& line) {
@@ -134,13 +141,13 @@ FrameSummary summary_of(const Json& line) {
   for (const StageField& stage : stage_fields) {
     frame.timing_ms.*stage.milliseconds = line.at("timing_ms").at(stage.name).get<double>();
   }
-  frame.warnings = line.at("warnings").get<std::vector<std::string>>();
   frame.status = status_of(line);
+  set_warnings(frame, line.at("warnings").get<std::vector<std::string>>());
   frame.name = line.value("name", "");
   const Json& ground(line.at("ground"));
   frame.ground = {number(ground, "height_m", most), number(ground, "pitch_rad", most), number(ground, "roll_rad", most),
                   ground.at("estimated").get<bool>()};
-  frame.is_known = is_known_by(frame.status);
+  frame.is_known = !has_any(frame.status, {FrameStatus::few_matches, FrameStatus::road_unknown});  // without its grids
   for (const Json& obstacle : line.at("obstacles")) static_cast<void>(id_of(obstacle));
   return frame;
 }
@@ -272,6 +279,8 @@ std::string frame_line(const StereoFrame& frame, const FrameResult& result, cons
   for (const Obstacle& obstacle : result.obstacles) obstacles.push_back(json_of(obstacle, numbers));
   Json status(Json::array());
   for (const FrameStatus flag : result.status) status.push_back(names_of(flag)[static_cast<std::size_t>(flag)]);
+  Json warnings(Json::array());
+  for (const Warning& warning : result.warnings) warnings.push_back(warning.text);
   const Json line{{"index", frame.index},
                   {"name", frame.name},
                   {"stamp_ns", frame.stamp_ns},
@@ -294,7 +303,7 @@ std::string frame_line(const StereoFrame& frame, const FrameResult& result, cons
                     {"road", numbers.to_ten_thousandths(result.road_density)}}},
                   {"obstacles", obstacles},
                   {"status", status},
-                  {"warnings", result.warnings}};
+                  {"warnings", warnings}};
   return json_text(line);
 }
 
@@ -306,7 +315,8 @@ FrameSummary summary_of(const StereoFrame& frame, const FrameResult& result) {
           result.status,
           frame.name,
           result.ground,
-          is_known};
+          is_known,
+          is_unequal(result.exposure) ? std::optional{text_of(result.exposure)} : std::nullopt};
 }
 
 std::vector<FrameSummary> take_finished_frames(const fs::path& path) {

@@ -45,10 +45,6 @@ Rig rig_of_run(const Json& rig) {
           value("camera_roll_rad")};
 }
 
-bool is_road_unknown(const RunFrame& frame) {
-  return std::ranges::count(frame.status, FrameStatus::road_unknown) > 0;
-}
-
 /// A frame's grids, as they lie in their file.
 class GridFile {
  public:
@@ -108,7 +104,7 @@ void RunReader::read_run() {
 // Frames without a ground plane have the extrinsics from before the estimate.
 void RunReader::check_extrinsics() {
   for (std::size_t i{frames_.size()}; i-- > 1;) {
-    if (is_road_unknown(frames_[i - 1])) frames_[i - 1].extrinsics = frames_[i].extrinsics;
+    if (has_any(frames_[i - 1].status, {FrameStatus::road_unknown})) frames_[i - 1].extrinsics = frames_[i].extrinsics;
   }
   std::vector<std::string> found{problems(rig_)};
   for (const RunFrame& frame : frames_) {

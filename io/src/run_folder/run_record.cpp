@@ -45,7 +45,7 @@ Percentiles percentiles(std::vector<double> values) {
 Json warnings_json(const std::vector<FrameSummary>& frames) {
   std::map<std::string, int> counts;
   for (const FrameSummary& frame : frames) {
-    for (const std::string& warning : frame.warnings) ++counts[warning];
+    for (const Warning& warning : frame.warnings) ++counts[warning.text];
   }
   Json list(Json::array());
   for (const auto& [text, count] : counts) list.push_back({{"text", text}, {"frames", count}});
@@ -180,8 +180,8 @@ Percentiles RunRecord::timing(double StageTimes::*stage) const {
 }
 
 std::size_t RunRecord::frames_with(FrameStatus flag) const {
-  return static_cast<std::size_t>(std::ranges::count_if(
-      finished_, [&](const FrameSummary& frame) { return std::ranges::count(frame.status, flag) > 0; }));
+  return static_cast<std::size_t>(
+      std::ranges::count_if(finished_, [&](const FrameSummary& frame) { return has_any(frame.status, {flag}); }));
 }
 
 void RunRecord::save(bool complete) const {

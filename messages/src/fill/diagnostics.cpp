@@ -94,7 +94,7 @@ void fill(diagnostic_msgs::DiagnosticArray& message, const FrameResult& result, 
   status.level = is_fine ? fine : warning;
   status.name = node;
   write_states(status.message, result.status);
-  if (!result.warnings.empty()) status.message = result.warnings.front();
+  if (!result.warnings.empty()) status.message = result.warnings.front().text;
   if (is_fine) status.message = "fine";
   Values values{status.values};
   add_counts(values, facts);

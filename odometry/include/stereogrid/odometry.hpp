@@ -26,7 +26,7 @@ struct OdometryStep {
   int tracked{0};            ///< points tracked from the reference frame to this one, with depth
   int inliers{0};            ///< points among them that agree on the motion
   double spread{0};          ///< share of the parts of the image (6 × 3) that have inliers
-  std::string warning;       ///< empty: none
+  std::optional<std::string> warning;
 };
 
 /// State of the odometry between two frames.

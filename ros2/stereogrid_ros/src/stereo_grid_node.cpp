@@ -222,7 +222,7 @@ class StereoGridNode::Frames final : public stereogrid::capture::FrameHandler {
 
   void deliver(PreparedFrame& prepared, stereogrid::FrameResult& result) override {
     if (result.rig != rig_) messages_.set_rig(rig_ = result.rig);  // found in an earlier frame
-    for (const std::string& warning : result.warnings) node_.warn(warning);
+    for (const stereogrid::Warning& warning : result.warnings) node_.warn(warning.text);
     const std::vector<stereogrid::messages::Dropped> dropped{node_.dropped_by(*pair_)};
     messages_.send(result, {.stamp_ns = prepared.frame.stamp_ns, .frames = ++frames_, .dropped = dropped});
   }

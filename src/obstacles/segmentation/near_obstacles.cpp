@@ -150,8 +150,8 @@ void report_too_close(const HeldObstacles& held, FrameResult& result) {
     return obstacle.coasting && std::ranges::binary_search(held.ids, obstacle.id);
   };
   if (std::ranges::none_of(result.obstacles, is_kept)) return;
-  result.status.push_back(FrameStatus::too_close);
-  result.warnings.emplace_back(
+  result.add(
+      FrameStatus::too_close,
       "an obstacle is too close to be matched or fills the view: it is kept as it was observed last. Back off, or set "
       "matching.disparities higher.");
 }

@@ -99,23 +99,23 @@ TEST(FrameTally, UnequalExposuresAreSaidOnce) {
   FrameTally tally;
   for (std::size_t i{0}; i < 3; ++i) {
     io::FrameSummary summary{frame(i, {})};
-    summary.warnings = {"the right image is 1." + std::to_string(6 + i) +
-                        " × brighter than the left: set both cameras to the same exposure."};
+    summary.exposure_warning = "the right image is 1." + std::to_string(6 + i) + " × brighter than the left";
     tally.add(summary);
   }
   EXPECT_THAT(texts_of(tally), ElementsAre(AllOf(HasSubstr("in 3 of 3 frames (first: f0)"), HasSubstr("1.6 ×"))));
 }
 
-// A flag without a text of its own, as one that is new, is described by the warnings of its first frame.
+// Each by its own warning.
 TEST(FrameTally, EveryFlagOfTheImagesIsSaid) {
   for (std::size_t i{0}; i < names_of(FrameStatus{}).size(); ++i) {
     const auto flag{static_cast<FrameStatus>(i)};
     if (flag < FrameStatus::few_matches) continue;
     FrameTally tally;
     io::FrameSummary summary{frame(7, {flag})};
-    summary.warnings = {"the reason"};
+    summary.warnings = {{"another one"}, {"the reason", flag}, {"a third"}};
     tally.add(summary);
-    EXPECT_THAT(texts_of(tally), Contains(HasSubstr("(first: f7)"))) << names_of(flag)[i];
+    const char* const reason{flag > FrameStatus::road_unknown ? ": the reason" : ""};
+    EXPECT_THAT(texts_of(tally), Contains(AllOf(HasSubstr("(first: f7)"), HasSubstr(reason)))) << names_of(flag)[i];
   }
 }
 

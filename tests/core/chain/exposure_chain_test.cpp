@@ -35,7 +35,7 @@ void multiply(Grey& image, double gain) {
 
 bool names(const FrameResult& result, const std::string& text) {
   return std::ranges::any_of(result.warnings,
-                             [&](const std::string& warning) { return warning.find(text) != std::string::npos; });
+                             [&](const Warning& warning) { return warning.text.find(text) != std::string::npos; });
 }
 
 void expect_known(const FrameResult& result, const std::string& brighter) {

@@ -58,8 +58,8 @@ TEST(ExtrinsicsChain, IsFoundInOneFrameAndKept) {
   for (std::size_t frame{0}; frame < 6; ++frame) {
     const FrameResult& result{drive.step(frame)};
     EXPECT_TRUE(result.status.empty()) << frame;
-    const bool is_said{std::ranges::any_of(result.warnings, [](const std::string& warning) {
-      return warning.find("mount: {camera_height_m: ") != std::string::npos;
+    const bool is_said{std::ranges::any_of(result.warnings, [](const Warning& warning) {
+      return warning.text.find("mount: {camera_height_m: ") != std::string::npos;
     })};
     EXPECT_EQ(is_said, frame == 0);
     EXPECT_NEAR(drive.pipeline.next_rig().camera_height_m, 1.0, 0.02);
@@ -151,8 +151,8 @@ TEST(ExtrinsicsChain, GivenExtrinsicsStayAndTheDisagreementIsReported) {
     const FrameResult& result{pipeline.process(scene.load(frame))};
     EXPECT_TRUE(is_unknown(result)) << frame;
     EXPECT_EQ(std::ranges::count(result.status, FrameStatus::extrinsics_disagree), 1) << frame;
-    EXPECT_NE(result.warnings.back().find("camera height 1.65 m, pitch 0.0°"), std::string::npos);
-    EXPECT_NE(result.warnings.back().find("pitch 8."), std::string::npos) << result.warnings.back();
+    EXPECT_NE(result.warnings.back().text.find("camera height 1.65 m, pitch 0.0°"), std::string::npos);
+    EXPECT_NE(result.warnings.back().text.find("pitch 8."), std::string::npos) << result.warnings.back().text;
   }
   EXPECT_EQ(pipeline.next_rig(), given);
 }

@@ -213,13 +213,12 @@ TEST(Terrain, SaysWhatDisagrees) {
   drive({"step", car, 1.2, -0.9}, [&](const FrameResult& result, double) {
     disagreeing += has(result, FrameStatus::extrinsics_disagree) ? 1 : 0;
     if (!has(result, FrameStatus::extrinsics_disagree)) return;
-    const auto warning{std::ranges::find_if(result.warnings, [](const std::string& one) {
-      return one.find("camera height 1.00 m") != std::string::npos;
-    })};
+    const auto warning{std::ranges::find(result.warnings, FrameStatus::extrinsics_disagree, &Warning::status)};
     ASSERT_NE(warning, result.warnings.end());
-    const std::size_t seen{warning->find("in use; height ")};
-    ASSERT_NE(seen, std::string::npos) << *warning;
-    EXPECT_NEAR(std::stod(warning->substr(seen + 15)), 1.9, 0.3);
+    EXPECT_NE(warning->text.find("camera height 1.00 m"), std::string::npos) << warning->text;
+    const std::size_t seen{warning->text.find("in use; height ")};
+    ASSERT_NE(seen, std::string::npos) << warning->text;
+    EXPECT_NEAR(std::stod(warning->text.substr(seen + 15)), 1.9, 0.3);
   });
   EXPECT_GE(disagreeing, 8);
 }

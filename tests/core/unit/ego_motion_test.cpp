@@ -10,7 +10,7 @@ namespace stereogrid::test {
 namespace {
 
 using ::testing::HasSubstr;
-using ::testing::IsEmpty;
+using ::testing::Optional;
 
 constexpr double degree{3.14159265358979323846 / 180};
 constexpr double dt_s{0.1};
@@ -42,7 +42,7 @@ TEST(EgoMotion, WorldBeginsAtTheFirstFrame) {
   expect_near(drive.begin().world_from_vehicle, {});
   for (int i{0}; i < 30; ++i) {
     const auto placing{drive.step(i == 7 ? 0.7 : dt_s)};
-    EXPECT_THAT(placing.warning, IsEmpty());
+    EXPECT_EQ(placing.warning, std::nullopt);
     expect_near(placing.world_from_vehicle, drive.true_world_from_vehicle);
   }
 }
@@ -74,12 +74,12 @@ TEST_P(Jump, MovesThePosesAndNotTheVehicle) {
   for (int i{0}; i < 5; ++i) static_cast<void>(drive.step());
   drive.input_from_world = drive.input_from_world * GetParam();
   const auto jumped{drive.step()};
-  EXPECT_THAT(jumped.warning, HasSubstr("pose jump of"));
+  EXPECT_THAT(jumped.warning, Optional(HasSubstr("pose jump of")));
   // motion is constant here, so that carrying it on is exact
   expect_near(jumped.world_from_vehicle, drive.true_world_from_vehicle);
   for (int i{0}; i < 5; ++i) {
     const auto placing{drive.step()};
-    EXPECT_THAT(placing.warning, IsEmpty()) << i;
+    EXPECT_EQ(placing.warning, std::nullopt) << i;
     expect_near(placing.world_from_vehicle, drive.true_world_from_vehicle);
   }
 }
@@ -103,7 +103,7 @@ TEST(EgoMotion, AJumpBeginsWhereNoVehicleGetsTo) {
     static_cast<void>(motion.place(pose, 0));
     for (int i{0}; i < 3; ++i) static_cast<void>(motion.place(pose = pose * Pose2{1.3, 0, 0}, dt_s));
     const auto placing{motion.place(pose * Pose2{1.3, 0, 0} * step, dt_s)};
-    EXPECT_EQ(placing.warning.find("pose jump") != std::string::npos, is_jump) << step.x_m << " " << step.yaw_rad;
+    EXPECT_EQ(placing.status == FrameStatus::pose_jump, is_jump) << step.x_m << " " << step.yaw_rad;
   }
 }
 
@@ -113,11 +113,11 @@ TEST(EgoMotion, AnOutlierJumpsForthAndBack) {
   for (int i{0}; i < 5; ++i) static_cast<void>(drive.step());
   const Pose2 right{drive.input_from_world};
   drive.input_from_world = right * Pose2{3, 3, 0};
-  EXPECT_THAT(drive.step().warning, HasSubstr("jump of"));
+  EXPECT_THAT(drive.step().warning, Optional(HasSubstr("jump of")));
   drive.input_from_world = right;
-  EXPECT_THAT(drive.step().warning, HasSubstr("jump of"));
+  EXPECT_THAT(drive.step().warning, Optional(HasSubstr("jump of")));
   const auto after{drive.step()};
-  EXPECT_THAT(after.warning, IsEmpty());
+  EXPECT_EQ(after.warning, std::nullopt);
   expect_near(after.world_from_vehicle, drive.true_world_from_vehicle);
 }
 
@@ -129,7 +129,7 @@ TEST(EgoMotion, SaysHowFar) {
   const Pose2 next{now * Pose2{1.3, 0, degree}};
   const Pose2 jump{3, 4, -2 * degree};
   const auto placing{drive.ego_motion.place(drive.input_from_world * next * jump, dt_s)};
-  EXPECT_THAT(placing.warning, HasSubstr("jump of 5.0 m and 2.0°"));
+  EXPECT_THAT(placing.warning, Optional(HasSubstr("jump of 5.0 m and 2.0°")));
 }
 
 TEST(EgoMotion, BrakingAndSwervingAreNoJumps) {
@@ -142,7 +142,7 @@ TEST(EgoMotion, BrakingAndSwervingAreNoJumps) {
     speed_mps = std::max(0.0, speed_mps - 10 * dt_s);
     yaw_rate_radps = 30 * degree * std::sin(i * 0.5);
     pose = pose * Pose2{speed_mps * dt_s, 0.1 * (i % 2), yaw_rate_radps * dt_s};
-    EXPECT_THAT(ego_motion.place(pose, dt_s).warning, IsEmpty()) << i;
+    EXPECT_EQ(ego_motion.place(pose, dt_s).warning, std::nullopt) << i;
   }
 }
 
@@ -150,7 +150,7 @@ TEST(EgoMotion, ImpossibleSpeedIsNoticedAtTheSecondFrame) {
   EgoMotion ego_motion{MotionConfig{}};
   static_cast<void>(ego_motion.place(Pose2{}, 0));
   const auto placing{ego_motion.place(Pose2{20, 0, 0}, dt_s)};
-  EXPECT_THAT(placing.warning, HasSubstr("20.0 m"));
+  EXPECT_THAT(placing.warning, Optional(HasSubstr("20.0 m")));
   expect_near(placing.world_from_vehicle, {});
 }
 
@@ -158,9 +158,9 @@ TEST(EgoMotion, ImpossibleSpeedIsNoticedAtTheSecondFrame) {
 TEST(EgoMotion, IsNotLockedOut) {
   EgoMotion ego_motion{MotionConfig{}};
   static_cast<void>(ego_motion.place(Pose2{}, 0));
-  EXPECT_THAT(ego_motion.place(Pose2{5, 0, 0}, dt_s).warning, IsEmpty()) << "50 m/s may be";
-  EXPECT_THAT(ego_motion.place(Pose2{5, 0, 0}, dt_s).warning, HasSubstr("jump of"));
-  for (int i{0}; i < 3; ++i) EXPECT_THAT(ego_motion.place(Pose2{5, 0, 0}, dt_s).warning, IsEmpty());
+  EXPECT_EQ(ego_motion.place(Pose2{5, 0, 0}, dt_s).warning, std::nullopt) << "50 m/s may be";
+  EXPECT_THAT(ego_motion.place(Pose2{5, 0, 0}, dt_s).warning, Optional(HasSubstr("jump of")));
+  for (int i{0}; i < 3; ++i) EXPECT_EQ(ego_motion.place(Pose2{5, 0, 0}, dt_s).warning, std::nullopt);
 }
 
 TEST(EgoMotion, FramesWithoutAPoseAreBridged) {
@@ -170,19 +170,19 @@ TEST(EgoMotion, FramesWithoutAPoseAreBridged) {
   for (int i{0}; i < 2; ++i) {
     drive.true_world_from_vehicle = drive.true_world_from_vehicle * Pose2{1.3, 0, degree};
     const auto placing{drive.ego_motion.place(std::nullopt, dt_s)};
-    EXPECT_EQ(placing.warning, i == 0 ? "no pose: the last motion continues" : "");
+    EXPECT_EQ(placing.warning.value_or(""), i == 0 ? "no pose: the last motion continues" : "");
     expect_near(placing.world_from_vehicle, drive.true_world_from_vehicle);
   }
   const auto again{drive.step()};
-  EXPECT_THAT(again.warning, IsEmpty());
+  EXPECT_EQ(again.warning, std::nullopt);
   expect_near(again.world_from_vehicle, drive.true_world_from_vehicle);
 }
 
 TEST(EgoMotion, WithoutAnyPoseTheVehicleStands) {
   EgoMotion ego_motion{MotionConfig{}};
-  EXPECT_THAT(ego_motion.place(std::nullopt, 0).warning, HasSubstr("assumed to be static"));
+  EXPECT_THAT(ego_motion.place(std::nullopt, 0).warning, Optional(HasSubstr("assumed to be static")));
   const auto second{ego_motion.place(std::nullopt, dt_s)};
-  EXPECT_THAT(second.warning, IsEmpty());
+  EXPECT_EQ(second.warning, std::nullopt);
   expect_near(second.world_from_vehicle, {});
   expect_near(ego_motion.place(Pose2{3, 4, 1}, dt_s).world_from_vehicle, {});
 }
@@ -217,7 +217,7 @@ TEST(EgoMotion, NextToNoTimeTellsNoMotion) {
     static_cast<void>(drive.ego_motion.place(drive.input_from_world * drive.true_world_from_vehicle * noise, 1e-9));
     drive.true_world_from_vehicle = drive.true_world_from_vehicle * Pose2{1.3, 0, degree};
     expect_near(drive.ego_motion.place(std::nullopt, dt_s).world_from_vehicle, drive.true_world_from_vehicle, 0.03);
-    EXPECT_THAT(drive.step().warning, IsEmpty());
+    EXPECT_EQ(drive.step().warning, std::nullopt);
   }
 }
 
@@ -240,7 +240,7 @@ TEST(EgoMotion, AfterARestartWithoutAPoseTheVehicleStands) {
   const Pose2 last{drive.step().world_from_vehicle};
   drive.ego_motion.restart();
   const auto placing{drive.ego_motion.place(std::nullopt, 0)};
-  EXPECT_THAT(placing.warning, HasSubstr("assumed to be static"));
+  EXPECT_THAT(placing.warning, Optional(HasSubstr("assumed to be static")));
   expect_near(drive.ego_motion.place(std::nullopt, dt_s).world_from_vehicle, last);
 }
 
@@ -259,7 +259,7 @@ TEST(EgoMotion, MayFollowJumps) {
   EgoMotion ego_motion{config};
   static_cast<void>(ego_motion.place(Pose2{}, 0));
   const auto placing{ego_motion.place(Pose2{500, 0, 1}, dt_s)};
-  EXPECT_THAT(placing.warning, IsEmpty());
+  EXPECT_EQ(placing.warning, std::nullopt);
   expect_near(placing.world_from_vehicle, {500, 0, 1});
 }
 

@@ -156,7 +156,7 @@ TEST_F(CudaLoading, AutomaticContinuesOnTheCpuWhereTheGpuIsLost) {
   EXPECT_THROW(cuda.process(street.frame(2)), DeviceError) << "asked for by name";
   const FrameResult& lost{pipeline.process(street.frame(2))};
   EXPECT_EQ(lost.status, std::vector{FrameStatus::gpu_lost});
-  EXPECT_THAT(lost.warnings.back(), HasSubstr("no CUDA-capable device is detected"));
+  EXPECT_THAT(lost.warnings.back().text, HasSubstr("no CUDA-capable device is detected"));
   EXPECT_EQ(pipeline.back_end(), BackEnd::cpu);
   EXPECT_EQ(lost.observed, fresh.process(street.frame(2)).observed);
   EXPECT_TRUE(pipeline.process(street.frame(3)).status.empty());

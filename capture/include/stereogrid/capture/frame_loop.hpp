@@ -14,10 +14,10 @@ namespace stereogrid::capture {
 /// A frame for a pipeline, with its pose, and what its source adds to the result.
 struct PreparedFrame {
   StereoFrame frame;
-  Clock::time_point captured{};         ///< live sources only: see LiveFrame
-  std::string warning{};                ///< appended to the result's; empty: none
-  std::optional<double> odometry_ms{};  ///< time of visual odometry; none: the pose came with the input
-  bool begins_anew{false};              ///< Pipeline::reset() before this frame
+  Clock::time_point captured{};          ///< live sources only: see LiveFrame
+  std::optional<std::string> warning{};  ///< appended to the result's
+  std::optional<double> odometry_ms{};   ///< time of visual odometry; none: the pose came with the input
+  bool begins_anew{false};               ///< Pipeline::reset() before this frame
 };
 
 /// Source and destination of the frames of run_frames().

@@ -18,10 +18,10 @@ namespace stereogrid::io {
 struct QueuedFrame {
   std::size_t index{0};  ///< in the source
   std::string name;
-  std::optional<StereoFrame> frame;  ///< none: it cannot be used
-  std::string error;                 ///< then: the InputError's text
-  double prepared_ms{0};             ///< wall-clock time of the preparation
-  std::string warning{};             ///< for the preparation to fill
+  std::optional<StereoFrame> frame;      ///< none: it cannot be used
+  std::string error;                     ///< then: the InputError's text
+  double prepared_ms{0};                 ///< wall-clock time of the preparation
+  std::optional<std::string> warning{};  ///< for the preparation to fill
 };
 
 /// Work on a loaded frame on the background threads, called for usable frames one after the other, in order. An

@@ -26,11 +26,12 @@ inline constexpr std::int64_t largest_index{1'000'000'000};
 struct FrameSummary {
   std::size_t index{0};
   StageTimes timing_ms;
-  std::vector<std::string> warnings;
+  std::vector<Warning> warnings;
   std::vector<FrameStatus> status;
   std::string name{};
-  Ground ground{};      ///< FrameResult::ground
-  bool is_known{true};  ///< at least one cell of the observed grid is known
+  Ground ground{};                                ///< FrameResult::ground
+  bool is_known{true};                            ///< at least one cell of the observed grid is known
+  std::optional<std::string> exposure_warning{};  ///< one of `warnings`; none: equal exposures
 };
 /// Summary of one frame.
 [[nodiscard]] STEREOGRID_EXPORT FrameSummary summary_of(const StereoFrame& frame, const FrameResult& result);
