@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 
-# stereogrid_embed(FOLDER FUNCTION OUTPUT): the files of a folder as C++. The function, declared in connect/assets.hpp,
+# stereogrid_embed(FOLDER FUNCTION OUTPUT): the files of a folder as C++. The function, declared in connect/page.hpp,
 # returns a list of {path, content type, bytes}; index.html has the path "/".
 function(stereogrid_embed folder function output)
   set(html "text/html")

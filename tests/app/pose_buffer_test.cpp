@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "ros2/pose_buffer.hpp"
+#include "ros2/transform_buffer.hpp"
 
 #include <gmock/gmock.h>
 

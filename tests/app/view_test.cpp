@@ -6,7 +6,7 @@
 #include <chrono>
 
 #include "cli/config_options.hpp"
-#include "connect/listen_address.hpp"
+#include "connect/page.hpp"
 #include "stereogrid/error.hpp"
 #include "view/playback.hpp"
 

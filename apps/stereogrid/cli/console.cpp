@@ -9,13 +9,13 @@
 #include <atomic>
 #include <cerrno>
 #include <chrono>
+#include <csignal>
 #include <string>
 #include <system_error>
 
 #include "cli/text_queue.hpp"
 
 namespace stereogrid::app {
-
 namespace {
 
 constexpr std::chrono::seconds patience{1};
@@ -47,6 +47,14 @@ TextQueue& output() {
 std::string failure_text() {
   const int error_number{output().output_error() != 0 ? output().output_error() : closing_error};
   return error_number == 0 ? "" : std::generic_category().message(error_number);
+}
+
+// a signal handler has nothing else to write to
+// NOLINTNEXTLINE(cppcoreguidelines-avoid-non-const-global-variables)
+volatile std::sig_atomic_t received_signal{0};
+
+extern "C" void note_signal(int signal) {
+  received_signal = signal;
 }
 
 }  // namespace
@@ -96,6 +104,25 @@ std::string lost_output() {
   const int copy{dup(STDOUT_FILENO)};
   if (copy >= 0 && close(copy) != 0 && errno != EINTR) closing_error = errno;
   return failure_text();
+}
+
+void catch_interrupts() {
+  limit_waits();
+  struct sigaction action {};
+  action.sa_handler = note_signal;
+  action.sa_flags = SA_RESTART | static_cast<int>(SA_RESETHAND);
+  sigemptyset(&action.sa_mask);
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+  // the terminal has gone: shell and system both may say so. nohup ignores it, and means it.
+  struct sigaction inherited {};
+  sigaction(SIGHUP, nullptr, &inherited);
+  action.sa_flags = SA_RESTART;
+  if (inherited.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);
+}
+
+int interrupted() {
+  return received_signal;
 }
 
 }  // namespace stereogrid::app

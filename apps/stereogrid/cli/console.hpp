@@ -51,4 +51,11 @@ void tell_on_stderr(fmt::format_string<Values...> format, Values&&... values) {
 /// Flushes stdout, at the end of the program. Returns the reason if some output is lost, else "".
 [[nodiscard]] std::string lost_output();
 
+/// From now on Ctrl-C (and SIGTERM) only ask to stop; a second one ends the program at once. So does SIGHUP, unless it
+/// was ignored from the start; further ones change nothing.
+void catch_interrupts();
+
+/// Signal that requested a stop; 0: none.
+[[nodiscard]] int interrupted();
+
 }  // namespace stereogrid::app

@@ -24,7 +24,6 @@
 
 #include "cli/commands.hpp"
 #include "cli/console.hpp"
-#include "cli/interrupt.hpp"
 #include "cli/option_checks.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/paths.hpp"

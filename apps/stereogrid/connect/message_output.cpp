@@ -10,14 +10,15 @@
 #include <span>
 #include <string_view>
 
-#include "connect/mcap_sink.hpp"
-#include "connect/server_sink.hpp"
 #include "pictures/picture.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"
+#include "stereogrid/mcap/writer.hpp"
+#include "stereogrid/messages/sink.hpp"
 #include "stereogrid/messages/tee.hpp"
+#include "stereogrid/server/server.hpp"
 
 namespace stereogrid::app {
 namespace {
@@ -106,6 +107,71 @@ bool needs_stages(const MessageOptions& options) {
                                      return std::ranges::find(topics, topic) != topics.end();
                                    }));
 }
+
+/// Messages into an MCAP file, logged at their stamps. Every function throws DeviceError where the file cannot be
+/// written.
+class McapSink final : public messages::Sink {
+ public:
+  /// A file of this name is replaced. `all`: of all topics those of points of one label are left out, since `points`
+  /// has them.
+  McapSink(const fs::path& file, bool all) : writer_{file}, all_{all} {}
+
+  std::uint32_t add(const messages::Channel& channel) override {
+    const bool is_wanted{!all_ || !channel.topic.ends_with("_points")};
+    Open& open{channels_.emplace_back(Open{0, 0, is_wanted})};
+    if (!is_wanted) return static_cast<std::uint32_t>(channels_.size() - 1);
+    const mcap::OfferedQos qos{.depth = channel.latched ? 1 : 10, .transient_local = channel.latched};
+    const std::uint16_t schema{writer_.add_schema(channel.type, "ros2msg", channel.definition)};
+    open.id =
+        writer_.add_channel(channel.topic, "cdr", schema, {{"offered_qos_profiles", mcap::offered_qos_profiles(qos)}});
+    return static_cast<std::uint32_t>(channels_.size() - 1);
+  }
+  [[nodiscard]] bool wants(std::uint32_t channel) const override { return channels_.at(channel).is_wanted; }
+  void send(std::uint32_t channel, std::int64_t stamp_ns, std::span<const std::byte> cdr) override {
+    // MCAP has no times before 1970
+    const auto time_ns{static_cast<std::uint64_t>(std::max<std::int64_t>(stamp_ns, 0))};
+    Open& open{channels_.at(channel)};
+    writer_.write(open.id, ++open.sent, time_ns, time_ns, cdr);
+  }
+  /// Nothing can be sent afterwards.
+  void close() { writer_.close(); }
+
+ private:
+  struct Open {
+    std::uint16_t id;
+    std::uint32_t sent;
+    bool is_wanted;
+  };
+
+  mcap::Writer writer_;
+  bool all_;
+  std::vector<Open> channels_;
+};
+
+/// Messages to the viewers of a server, which has to live longer. A topic is advertised when there is something to send
+/// on it for the first time.
+class ServerSink final : public messages::Sink {
+ public:
+  explicit ServerSink(server::Server& server) : server_{server} {}
+
+  std::uint32_t add(const messages::Channel& channel) override {
+    server::Channel advertised;
+    advertised.topic = channel.topic;
+    advertised.schema_name = channel.type;
+    advertised.schema = channel.definition;
+    advertised.latched = channel.latched;
+    channels_.push_back(server_.add_channel(std::move(advertised)));
+    return static_cast<std::uint32_t>(channels_.size() - 1);
+  }
+  [[nodiscard]] bool wants(std::uint32_t channel) const override { return server_.wanted(channels_.at(channel)); }
+  void send(std::uint32_t channel, std::int64_t stamp_ns, std::span<const std::byte> cdr) override {
+    server_.send(channels_.at(channel), static_cast<std::uint64_t>(stamp_ns), cdr);
+  }
+
+ private:
+  server::Server& server_;
+  std::vector<server::ChannelId> channels_;
+};
 
 struct MessageOutput::State {
   State(const MessageOptions& options, server::Server* viewers, const Rig& first_rig) : rig{first_rig} {

@@ -2,15 +2,26 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "cli/cli_fwd.hpp"
 #include "stereogrid/messages/frame_messages.hpp"
+#include "stereogrid/server/http.hpp"
 #include "stereogrid/server/server.hpp"
 
 namespace stereogrid::app {
+
+/// Address and port of a server.
+struct ListenAddress {
+  std::string address{"127.0.0.1"};
+  std::uint16_t port{8765};  ///< 0: any free one
+};
+
+/// Parses "ADDRESS:PORT" ("127.0.0.1:8765", "[::1]:8765") or ":PORT" (loopback). Throws ConfigError.
+[[nodiscard]] ListenAddress listen_address_of(const std::string& text);
 
 /// Address and access rights of a server, as set by the user.
 struct PageOptions {
@@ -41,5 +52,13 @@ class Page {
   struct State;
   std::unique_ptr<State> state_;
 };
+
+// Files that the build embeds into the program.
+
+/// The page of viewer/; its front page is "/".
+[[nodiscard]] std::vector<server::Asset> viewer_assets();
+
+/// Parts of the report that `evaluate --html` writes; page.html has placeholders.
+[[nodiscard]] std::vector<server::Asset> report_assets();
 
 }  // namespace stereogrid::app

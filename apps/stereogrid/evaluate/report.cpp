@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "connect/assets.hpp"
+#include "connect/page.hpp"
 #include "evaluate/figures.hpp"
 #include "evaluate/output.hpp"
 #include "stereogrid/io/file.hpp"

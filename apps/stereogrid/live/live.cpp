@@ -15,9 +15,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/console.hpp"
-#include "cli/interrupt.hpp"
 #include "diagnostics/frame_tally.hpp"
-#include "live/latency.hpp"
 #include "live/placed_frames.hpp"
 #include "live/service_manager.hpp"
 #include "stereogrid/error.hpp"
@@ -30,6 +28,32 @@ using namespace std::chrono_literals;
 using capture::Clock;
 
 constexpr auto report_every{10s};
+
+/// Latencies of the last frames.
+class LatencyWindow {
+ public:
+  /// With the newest one.
+  [[nodiscard]] messages::Latency add(std::chrono::nanoseconds latency) {
+    const double now_ms{std::chrono::duration<double, std::milli>{latency}.count()};
+    if (last_ms_.size() < kept) {
+      last_ms_.push_back(now_ms);
+    } else {
+      last_ms_[next_] = now_ms;
+      next_ = (next_ + 1) % kept;
+    }
+    sorted_ = last_ms_;
+    std::ranges::sort(sorted_);
+    const std::size_t last{sorted_.size() - 1};
+    return {now_ms, sorted_[last / 2], sorted_[last * 99 / 100]};
+  }
+
+ private:
+  static constexpr std::size_t kept{1000};
+
+  std::vector<double> last_ms_;  // ring buffer when full
+  std::size_t next_{0};
+  std::vector<double> sorted_;
+};
 
 /// Reset requested by a viewer with the parameter "pipeline.reset": true; false again once it is done.
 class ResetWish {

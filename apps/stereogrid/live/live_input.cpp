@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "live/live_input.hpp"
+#include "live/live.hpp"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -9,7 +9,6 @@
 #include <chrono>
 #include <filesystem>
 
-#include "ros2/ros2_input.hpp"
 #include "stereogrid/capture/gstreamer.hpp"
 #include "stereogrid/capture/replay.hpp"
 #include "stereogrid/error.hpp"

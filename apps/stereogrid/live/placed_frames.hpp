@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "live/live_input.hpp"
+#include "live/live.hpp"
 #include "pose_stage.hpp"
 #include "stereogrid/capture/frame_loop.hpp"
 #include "stereogrid/capture/latest.hpp"

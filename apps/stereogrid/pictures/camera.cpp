@@ -4,7 +4,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "pictures/panels.hpp"
+#include "pictures/drawing.hpp"
 #include "pictures/picture.hpp"
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/level_mapping.hpp"

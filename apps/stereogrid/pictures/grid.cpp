@@ -7,8 +7,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "pictures/panels.hpp"
-#include "pictures/top_view.hpp"
+#include "pictures/drawing.hpp"
 
 namespace stereogrid::app {
 namespace {

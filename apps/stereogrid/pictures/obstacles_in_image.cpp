@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "pictures/panels.hpp"
+#include "pictures/drawing.hpp"
 
 namespace stereogrid::app {
 namespace {

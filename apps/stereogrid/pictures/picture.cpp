@@ -8,7 +8,7 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 
-#include "pictures/panels.hpp"
+#include "pictures/drawing.hpp"
 #include "stereogrid/level_mapping.hpp"
 
 namespace stereogrid::app {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "pictures/panels.hpp"
+#include "pictures/drawing.hpp"
 #include "pictures/picture.hpp"
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/opencv.hpp"

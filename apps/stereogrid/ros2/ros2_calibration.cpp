@@ -1,6 +1,5 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "ros2/ros2_calibration.hpp"
 
 #include <fmt/format.h>
 
@@ -11,7 +10,7 @@
 #include <thread>
 #include <utility>
 
-#include "ros2/waiting.hpp"
+#include "ros2/ros2_topics.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/ros_image.hpp"
 #include "stereogrid/io/text.hpp"

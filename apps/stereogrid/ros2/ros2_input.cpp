@@ -1,24 +1,98 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "ros2/ros2_input.hpp"
-
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <chrono>
 #include <cmath>
+#include <memory>
+#include <string>
+#include <thread>
 #include <utility>
 
-#include "ros2/ros2_calibration.hpp"
+#include "live/live.hpp"
 #include "ros2/ros2_source.hpp"
 #include "ros2/ros2_topics.hpp"
-#include "ros2/ros2_transforms.hpp"
+#include "ros2/transform_buffer.hpp"
+#include "stereogrid/dds/node.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/mask.hpp"
 #include "stereogrid/io/text.hpp"
+#include "stereogrid/mcap/bag.hpp"
+#include "stereogrid/messages/cdr.hpp"
+#include "stereogrid/messages/std_msgs.hpp"
+#include "stereogrid/messages/tf2_msgs.hpp"
 
 namespace stereogrid::app {
 namespace {
+
+using namespace std::chrono_literals;
+using messages::tf2_msgs::TFMessage;
+
+constexpr std::size_t dynamic_depth{100};  // as tf2_ros has it
+constexpr std::size_t static_depth{100};
+constexpr auto image_patience{1s};
+constexpr auto static_patience{100ms};  // they have been received since before the images were found
+constexpr double degrees{180 / 3.14159265358979323846};
+
+/// A buffer that receives /tf and /tf_static while the node exists.
+std::shared_ptr<TransformBuffer> subscribe_transforms(dds::Node& node) {
+  auto buffer{std::make_shared<TransformBuffer>()};
+  for (const bool is_static : {false, true}) {
+    node.subscribe(
+        is_static ? "/tf_static" : "/tf", std::string{TFMessage::type_name}, is_static ? static_depth : dynamic_depth,
+        [buffer, is_static](std::span<const std::byte> cdr) {
+          TFMessage message;
+          messages::decode(cdr, message);
+          buffer->add(message, is_static);
+        },
+        is_static);
+  }
+  return buffer;
+}
+
+/// frame_id of the next image on a topic; "": none has come within a second, or it has none.
+std::string frame_of_images(dds::Node& node, const mcap::Topic& images) {
+  NewestMessages newest{node};
+  newest.add(images);
+  const auto end{std::chrono::steady_clock::now() + image_patience};
+  for (; std::chrono::steady_clock::now() < end; std::this_thread::sleep_for(10ms)) {
+    const auto cdr{newest.of(images.name)};
+    if (!cdr) continue;
+    messages::std_msgs::Header header;
+    messages::CdrReader reader{*cdr, messages::std_msgs::Header::type_name};
+    reader("header", header);
+    return header.frame_id;
+  }
+  return "";
+}
+
+/// True: the frames are connected, which is waited for 0.1 s.
+bool are_connected(TransformBuffer& transforms, const std::string& target, const std::string& source) {
+  try {
+    static_cast<void>(transforms.newest(target, source, static_patience));
+    return true;
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+/// Sets height, pitch and roll from base_footprint or base_link to the camera's frame; logs it. Returns false and
+/// changes nothing where TF has neither, or the camera is not above z = 0 there.
+bool set_extrinsics_of_tf(Rig& rig, TransformBuffer& transforms, const std::string& camera_frame) {
+  if (camera_frame.empty() || !are_connected(transforms, "base_link", camera_frame)) return false;
+  // base_link may be above the road
+  const char* const base{are_connected(transforms, "base_footprint", camera_frame) ? "base_footprint" : "base_link"};
+  if (!set_extrinsics(rig, transforms.newest(base, camera_frame, 0ms))) {
+    spdlog::warn("TF: {} is not above z = 0 of {}, or points straight up or down; its extrinsics are not used",
+                 io::printable(camera_frame, 60), base);
+    return false;
+  }
+  spdlog::info("extrinsics of TF ({} → {}), checked against the road: height {:.2f} m, pitch {:.1f}°, roll {:.1f}°",
+               base, io::printable(camera_frame, 60), rig.camera_height_m, rig.camera_pitch_rad * degrees,
+               rig.camera_roll_rad * degrees);
+  return true;
+}
 
 void check_options(const InputOptions& options) {
   if (!options.disparities.empty() || !options.depth.empty()) {

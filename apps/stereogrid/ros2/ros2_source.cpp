@@ -14,7 +14,7 @@
 #include <optional>
 #include <utility>
 
-#include "ros2/pose_buffer.hpp"
+#include "ros2/transform_buffer.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/ros_image.hpp"
 #include "stereogrid/io/text.hpp"

@@ -3,12 +3,13 @@
 #include "ros2/ros2_topics.hpp"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <chrono>
+#include <thread>
 #include <utility>
 
-#include "ros2/waiting.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/messages/cdr.hpp"
@@ -16,6 +17,11 @@
 
 namespace stereogrid::app {
 namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto look_every{50ms};
+constexpr auto tell_after{2s};
 
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
@@ -92,6 +98,45 @@ std::string missing_of(const Seen& seen, const rosbag::ImageTopics& chosen, Cloc
 }
 
 }  // namespace
+
+void Waiting::tell(const std::string& sentence) {
+  if (sentence != sentence_) {
+    sentence_ = sentence;
+    since_ = Clock::now();
+  } else if (Clock::now() - since_ > tell_after && told_ != sentence) {
+    spdlog::warn("waiting: {}", sentence);
+    told_ = sentence;
+  }
+  std::this_thread::sleep_for(look_every);
+}
+
+NewestMessages::~NewestMessages() {
+  std::map<std::string, std::vector<std::byte>> messages;
+  {
+    const std::scoped_lock lock{state_->mutex};
+    messages.swap(state_->messages);
+  }
+  for (const auto& [topic, ignored] : messages) node_.unsubscribe(topic);
+}
+
+void NewestMessages::add(const mcap::Topic& topic) {
+  {
+    const std::scoped_lock lock{state_->mutex};
+    if (!state_->messages.try_emplace(topic.name).second) return;
+  }
+  node_.subscribe(topic.name, topic.type, 1, [state = state_, name = topic.name](std::span<const std::byte> cdr) {
+    const std::scoped_lock lock{state->mutex};
+    const auto found{state->messages.find(name)};
+    if (found != state->messages.end()) found->second.assign(cdr.begin(), cdr.end());
+  });
+}
+
+std::optional<std::vector<std::byte>> NewestMessages::of(const std::string& topic) const {
+  const std::scoped_lock lock{state_->mutex};
+  const auto found{state_->messages.find(topic)};
+  if (found == state_->messages.end() || found->second.empty()) return std::nullopt;
+  return found->second;
+}
 
 std::vector<mcap::Topic> topics_of(const dds::Node& node, const InputOptions& options, std::string* elsewhere) {
   std::string folder{options.paths.front().substr(ros2_scheme.size())};

@@ -10,13 +10,40 @@
 #include <opencv2/core/affine.hpp>
 #include <opencv2/core/quaternion.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "stereogrid/camera.hpp"
 #include "stereogrid/frame.hpp"
+#include "stereogrid/io/poses.hpp"
 #include "stereogrid/messages/tf2_msgs.hpp"
 
 namespace stereogrid::app {
+
+/// The last seconds of where the vehicle was, as it comes, for instants of images. For any threads.
+class PoseBuffer {
+ public:
+  /// `name`: where the poses come from, for complaints.
+  explicit PoseBuffer(std::string name) : name_{std::move(name)} {}
+
+  /// Adds poses. Stamps older than the buffer's belong to another clock: the buffer is cleared first.
+  void add(const std::vector<io::StampedPose>& poses);
+  void clear();
+
+  /// Pose at an instant, interpolated; up to one usual interval after the last pose the motion continues. Waits up to
+  /// `patience` for a later pose. Throws InputError: there is none.
+  [[nodiscard]] Pose2 at(std::int64_t stamp_ns, std::chrono::milliseconds patience);
+  /// Returns when there is a pose, or after `patience`.
+  void wait_for_first(std::chrono::milliseconds patience);
+
+ private:
+  [[nodiscard]] Pose2 between(std::int64_t stamp_ns) const;
+
+  std::string name_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<io::StampedPose> poses_;  // stamps grow
+};
 
 /// Transforms of /tf and /tf_static, the last ten seconds of them, as tf2 keeps them. For any threads.
 class TransformBuffer {

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "cli/interrupt.hpp"
+#include "cli/console.hpp"
 
 namespace stereogrid::app {
 

@@ -15,7 +15,7 @@
 #include <thread>
 #include <utility>
 
-#include "locks/descriptor.hpp"
+#include "locks/folder_lock.hpp"
 #include "pictures/picture.hpp"
 #include "run/video.hpp"
 #include "stereogrid/error.hpp"

@@ -11,7 +11,6 @@
 
 #include "cli/commands.hpp"
 #include "cli/console.hpp"
-#include "cli/interrupt.hpp"
 #include "locks/folder_lock.hpp"
 #include "pose_stage.hpp"
 #include "run/damaged_frames.hpp"

@@ -12,7 +12,6 @@
 
 #include "cli/commands.hpp"
 #include "cli/console.hpp"
-#include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
 #include "diagnostics/frame_tally.hpp"
 #include "run/frame_wait.hpp"

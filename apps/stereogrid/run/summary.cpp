@@ -9,7 +9,6 @@
 #include <string>
 
 #include "cli/console.hpp"
-#include "cli/interrupt.hpp"
 #include "diagnostics/frame_tally.hpp"
 #include "run/lidar_stage.hpp"
 #include "stereogrid/error.hpp"
