@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <charconv>
 #include <initializer_list>
+#include <stdexcept>
 #include <system_error>
+#include <typeinfo>
 
 namespace stereogrid::app {
 namespace {
@@ -46,6 +48,16 @@ void set_device(PipelineOptions& pipeline, const DeviceOptions& options) {
 std::string_view name_of(BackEnd back_end) {
   if (back_end == BackEnd::cuda) return "cuda";
   return back_end == BackEnd::reference ? "reference" : "cpu";
+}
+
+std::string thread_failure(const std::exception& error) {
+  const auto* const of_system{dynamic_cast<const std::system_error*>(&error)};
+  const bool is_of_standard{of_system != nullptr && of_system->code() == std::errc::resource_unavailable_try_again};
+  const bool is_of_tbb{typeid(error) == typeid(std::runtime_error) &&
+                       std::string_view{error.what()}.starts_with("pthread_create")};
+  if (!is_of_standard && !is_of_tbb) return {};
+  return std::string{"a thread cannot be started: "} + error.what() +
+         ". Allow more threads or address space (ulimit -u, ulimit -v, the container's limits).";
 }
 
 }  // namespace stereogrid::app

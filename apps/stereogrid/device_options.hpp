@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <exception>
 #include <string>
 #include <string_view>
 
@@ -23,5 +24,9 @@ void set_device(PipelineOptions& pipeline, const DeviceOptions& options);
 
 /// As --device has it.
 [[nodiscard]] std::string_view name_of(BackEnd back_end);
+
+/// Message where the system has not started a thread, of the standard library or of oneTBB in OpenCV; empty: another
+/// failure.
+[[nodiscard]] std::string thread_failure(const std::exception& error);
 
 }  // namespace stereogrid::app

@@ -9,8 +9,10 @@
 #include <filesystem>
 #include <limits>
 #include <optional>
+#include <string>
 #include <string_view>
 
+#include "device_options.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/mask.hpp"
 #include "stereogrid/io/recording.hpp"
@@ -138,6 +140,36 @@ io::FrameRange parse_frame_range(const std::string& text, std::size_t frames) {
     throw ConfigError{fmt::format("--frames {}: the input has {} frames, 0 to {}.", text, frames, frames - 1)};
   }
   return {*first, std::min(*last, frames - 1) + 1};
+}
+
+StereoFrame first_usable_frame(const FrameSource& source, io::FrameRange range) {
+  std::string first_error;
+  for (std::size_t index{range.first}; index < range.end; ++index) {
+    try {
+      return source.load(index);
+    } catch (const InputError& error) {
+      if (first_error.empty()) first_error = error.what();
+    }
+  }
+  throw InputError{
+      fmt::format("None of the {} frames can be used. The first one: {}", range.end - range.first, first_error)};
+}
+
+io::RunDescription describe_run(const Input& input, const InputOptions& options, const Pipeline& pipeline,
+                                io::FrameRange frames) {
+  const bool given{input.recording != nullptr && input.recording->gives_disparities()};
+  io::RunDescription run;
+  run.config = pipeline.config();
+  run.input = describe(input, options);
+  run.matcher = given ? "given" : "own";
+  run.device = std::string{name_of(pipeline.back_end())};
+  run.rig = pipeline.rig();
+  run.grid = pipeline.vehicle_grid();
+  run.world_grid = pipeline.world_grid();
+  run.simd_target = std::string{simd_target()};
+  run.threads = pipeline.threads();
+  run.frames = frames;
+  return run;
 }
 
 }  // namespace stereogrid::app

@@ -11,6 +11,7 @@
 #include "cli/cli_fwd.hpp"
 #include "stereogrid/frame.hpp"
 #include "stereogrid/io/run_folder/description.hpp"
+#include "stereogrid/pipeline.hpp"
 
 namespace stereogrid::io {
 struct Calibration;
@@ -73,6 +74,13 @@ void log_calibration(const io::Calibration& calibration);
 /// InputError where there are no frames.
 [[nodiscard]] io::FrameRange parse_frame_range(const std::string& text, std::size_t frames);
 
+/// The first frame that can be loaded. Throws InputError where there is none.
+[[nodiscard]] StereoFrame first_usable_frame(const FrameSource& source, io::FrameRange range);
+
 extern const char* const frame_range_help;
+
+/// Description of a run of `pipeline` over frames of an input; the caller sets preset and outputs.
+[[nodiscard]] io::RunDescription describe_run(const Input& input, const InputOptions& options, const Pipeline& pipeline,
+                                              io::FrameRange frames);
 
 }  // namespace stereogrid::app

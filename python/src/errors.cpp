@@ -4,9 +4,9 @@
 #include <string>
 
 #include "bindings.hpp"
+#include "device_options.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/paths.hpp"
-#include "thread_failure.hpp"
 
 namespace stereogrid::python {
 namespace {

@@ -13,7 +13,7 @@
 
 #include "arrays.hpp"
 #include "bindings.hpp"
-#include "evaluate/evaluate.hpp"
+#include "evaluate/output.hpp"
 #include "geometry.hpp"
 #include "released_gil.hpp"
 #include "stereogrid/io/json_text.hpp"

@@ -11,19 +11,18 @@
 #include <fstream>
 
 #include "bindings.hpp"
+#include "input.hpp"
 #include "locks/folder_lock.hpp"
 #include "pipeline.hpp"
 #include "released_gil.hpp"
-#include "run/damaged_frames.hpp"
-#include "run/lidar_stage.hpp"
 #include "run/resume.hpp"
-#include "run_description.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/run_folder/checkpoint.hpp"
 #include "stereogrid/io/run_folder/frame_files.hpp"
 #include "stereogrid/io/run_folder/frame_lines.hpp"
 #include "stereogrid/io/run_folder/run_record.hpp"
+#include "sweeps.hpp"
 
 namespace stereogrid::python {
 namespace {

@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "cli/cli_fwd.hpp"
+#include "device_options.hpp"
 #include "stereogrid/config.hpp"
+#include "stereogrid/pipeline.hpp"
 
 namespace stereogrid::app {
 
@@ -34,5 +36,11 @@ struct InputUse {
 
 /// Warns of each --set of a parameter that is not read.
 void warn_of_unread(const ConfigOptions& options, const Config& config, const InputUse& input);
+
+void add_device_options(CLI::App& command, DeviceOptions& options);
+
+/// `pipeline`: all but back end and threads. Logs the choice of a GPU. Throws ConfigError, DeviceError.
+[[nodiscard]] Pipeline start_pipeline(const Config& config, const Rig& rig, const DeviceOptions& options,
+                                      PipelineOptions pipeline);
 
 }  // namespace stereogrid::app

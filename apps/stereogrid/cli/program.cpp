@@ -25,11 +25,11 @@
 #include "cli/commands.hpp"
 #include "cli/console.hpp"
 #include "cli/option_checks.hpp"
+#include "device_options.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/paths.hpp"
 #include "stereogrid/pipeline.hpp"
 #include "stereogrid/printable.hpp"
-#include "thread_failure.hpp"
 
 namespace stereogrid::app {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "evaluate/evaluate.hpp"
+#include "evaluate/output.hpp"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "evaluate/obstacle_source.hpp"
 #include "evaluate/truth_source.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/paths.hpp"

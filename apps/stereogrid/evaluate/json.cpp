@@ -97,6 +97,20 @@ Json list_of_metrics() {
   return list;
 }
 
+Json json_of(const evaluation::ObstacleSummary& s) {
+  Json json(values_of(s, thing_figures));
+  Json& kinds{json["by_kind"]};
+  kinds = Json::object();
+  for (const auto& [name, kind] : s.by_kind) {
+    kinds[name] = {{"things", kind.things},
+                   {"separate", static_cast<double>(kind.separate) / static_cast<double>(kind.things)}};
+  }
+  json["tracking"] = values_of(s.tracking, tracking_figures, s.knows_false);
+  json["errors"] = {{"matches", s.tracking.matches}};
+  json["errors"].update(values_of(s, error_figures));
+  return json;
+}
+
 }  // namespace
 
 std::string key_of(evaluation::Band band) {

@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <filesystem>
+#include <cstddef>
+#include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -34,11 +35,6 @@ struct Evaluation {
 /// Every figure with its interval, and what the report draws (docs/evaluation.md).
 [[nodiscard]] nlohmann::ordered_json json_of(const Evaluation& evaluation);
 
-/// "obstacles" of that.
-[[nodiscard]] nlohmann::ordered_json json_of(const evaluation::ObstacleSummary& summary);
-/// And its part of the table.
-[[nodiscard]] std::string obstacles_table_of(const nlohmann::ordered_json& obstacles);
-
 /// "terrain" of a series, and its part of the table.
 [[nodiscard]] nlohmann::ordered_json json_of(const evaluation::TerrainSummary& summary);
 [[nodiscard]] std::string terrain_table_of(const nlohmann::ordered_json& terrain);
@@ -46,10 +42,22 @@ struct Evaluation {
 /// A table for the terminal, from json_of.
 [[nodiscard]] std::string table_of(const nlohmann::ordered_json& evaluation);
 
-/// One HTML file that needs nothing else, from json_of. Throws DeviceError.
-void write_report(const std::filesystem::path& path, const nlohmann::ordered_json& evaluation);
-
 /// "3–20 m" as a key: "3-20"; "3-20 clear" without hidden ground.
 [[nodiscard]] std::string key_of(evaluation::Band band);
+
+struct EvaluateOptions {
+  std::string run;
+  std::string input;
+  std::string truth;
+  std::optional<double> camera_height_m;
+  std::string json;
+  std::string html;
+};
+
+/// Receives the number of scored frames and of all before each frame.
+using NotifyProgress = std::function<void(std::size_t done, std::size_t total)>;
+
+/// Scores a run. Throws InputError: no run, no truth, none of these frames.
+[[nodiscard]] Evaluation evaluate(const EvaluateOptions& options, const NotifyProgress& notify = {});
 
 }  // namespace stereogrid::app

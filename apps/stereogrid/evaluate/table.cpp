@@ -51,6 +51,18 @@ std::string bands_of(const Json& bands) {
   return text;
 }
 
+std::string obstacles_table_of(const Json& obstacles) {
+  std::string text{"\nobstacles (3–20 m ahead, from 1 s on)\n" + lines_of(obstacles, thing_figures)};
+  for (const auto& [kind, counts] : obstacles.at("by_kind").items()) {
+    text += figure_line("  " + kind + " with an obstacle of its own", counts.at("separate"), "",
+                        counts.at("things").dump());
+  }
+  text += "\nobstacles followed (things and frames as above)\n" + lines_of(obstacles.at("tracking"), tracking_figures);
+  const Json& errors{obstacles.at("errors")};
+  return text + fmt::format("\nobstacles matched there (medians of {})\n", errors.at("matches").dump()) +
+         lines_of(errors, error_figures);
+}
+
 }  // namespace
 
 std::string table_of(const Json& evaluation) {

@@ -11,6 +11,8 @@
 
 #include "input.hpp"
 #include "stereogrid/evaluation/labels.hpp"
+#include "stereogrid/evaluation/obstacles.hpp"
+#include "stereogrid/io/run_folder/frame_lines.hpp"
 #include "stereogrid/truth.hpp"
 #include "sweeps.hpp"
 
@@ -76,6 +78,29 @@ class TruthSource {
   std::map<std::string, std::size_t> places_;  // frames of the input
   std::unique_ptr<io::TruthReader> reader_;
   TruthGrid truth_grid_;
+};
+
+/// True if the drive has labelled objects in its own file (objects.jsonl).
+[[nodiscard]] bool has_object_labels(const Input& input);
+
+/// Truth of obstacles of an input: exact truth, or the drive's labelled boxes.
+class ObstacleSource {
+ public:
+  /// Throws InputError where labels are damaged. `truth` must outlive this.
+  explicit ObstacleSource(const TruthSource& truth);
+
+  /// True if any frame has truth.
+  [[nodiscard]] bool exists() const { return !places_.empty(); }
+  /// "exact truth" or "labelled boxes".
+  [[nodiscard]] std::string name() const;
+  /// None: nothing is known of a frame of this name, or it lies within the first second. `known`: the frame's cells.
+  [[nodiscard]] std::optional<evaluation::ObstacleTruth> frame(
+      const std::string& name, const std::optional<TruthSource::FrameLabels>& known) const;
+
+ private:
+  const TruthSource& truth_;
+  std::map<std::string, std::size_t> places_;  // frames with truth
+  std::vector<std::vector<LabelledObject>> labels_;
 };
 
 }  // namespace stereogrid::app

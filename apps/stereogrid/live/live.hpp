@@ -11,7 +11,6 @@
 #include "connect/page.hpp"
 #include "connect/ros2_node.hpp"
 #include "input.hpp"
-#include "start_pipeline.hpp"
 #include "stereogrid/capture/live_source.hpp"
 
 namespace stereogrid::app {

@@ -41,6 +41,15 @@ bool leaves_nothing_out(const io::RunRecord& record, std::size_t saved_after) {
   return true;
 }
 
+std::string why_skipped(const FrameSource& source, std::size_t index) {
+  try {
+    static_cast<void>(source.load(index));
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "it could not be used then; the run was stopped before it had noted why.";
+}
+
 }  // namespace
 
 std::size_t first_to_do(const io::RunRecord& record) {
@@ -70,6 +79,12 @@ Continuation continuation_of(const io::RunRecord& record, Pipeline& pipeline, Po
     }
   }
   return continuation;
+}
+
+void recall_skipped(const FrameSource& source, io::RunRecord& record) {
+  for (const std::size_t index : record.unaccounted()) {
+    record.add_skipped({index, source.name(index), why_skipped(source, index)});
+  }
 }
 
 }  // namespace stereogrid::app

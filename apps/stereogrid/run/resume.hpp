@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "pose_stage.hpp"
+#include "stereogrid/frame.hpp"
 #include "stereogrid/io/run_folder/run_record.hpp"
 #include "stereogrid/pipeline.hpp"
 
@@ -27,5 +28,9 @@ struct Continuation {
 /// unwritten.
 [[nodiscard]] Continuation continuation_of(const io::RunRecord& record, Pipeline& pipeline, PoseStage& poses,
                                            std::size_t warm_up);
+
+/// Adds the skipped frames that the files of a killed run do not list: those missing between completed ones. Loads them
+/// again for the reason.
+void recall_skipped(const FrameSource& source, io::RunRecord& record);
 
 }  // namespace stereogrid::app

@@ -7,24 +7,25 @@
 
 #include <algorithm>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "cli/commands.hpp"
 #include "cli/console.hpp"
+#include "diagnostics/frame_tally.hpp"
+#include "input.hpp"
 #include "locks/folder_lock.hpp"
 #include "pose_stage.hpp"
-#include "run/damaged_frames.hpp"
-#include "run/lidar_stage.hpp"
 #include "run/result_writer.hpp"
 #include "run/resume.hpp"
 #include "run/run_loop.hpp"
-#include "run/summary.hpp"
-#include "run_description.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/io/run_folder/checkpoint.hpp"
 #include "stereogrid/io/run_folder/run_record.hpp"
+#include "stereogrid/io/run_folder/stages.hpp"
 #include "stereogrid/pipeline.hpp"
+#include "sweeps.hpp"
 
 namespace stereogrid::app {
 namespace {
@@ -114,6 +115,47 @@ int stopped(const RunOptions& options, const io::RunRecord& record, const RunLoo
   throw DeviceError{fmt::format("{} {} of {} frames are done; the same command{} continues.", loop.unavailable(),
                                 record.finished().size(), record.frames_to_write(),
                                 options.resume ? "" : " with --resume")};
+}
+
+std::ptrdiff_t frames_of_stereo_alone(const io::RunRecord& record) {
+  return std::ranges::count_if(record.finished(), [](const io::FrameSummary& frame) {
+    return std::ranges::any_of(frame.warnings,
+                               [](const Warning& warning) { return warning.text.starts_with(stereo_alone); });
+  });
+}
+
+/// Logs what is wrong with the frames of the run and the remedy, as `info` does.
+void warn_of_frames(const io::RunRecord& record, const Input& input, const Pipeline& pipeline) {
+  FrameTally tally;
+  for (const io::FrameSummary& frame : record.finished()) tally.add(frame);
+  const auto frame_at = [&](std::size_t index) -> std::optional<StereoFrame> {
+    if (interrupted() != 0) return std::nullopt;
+    try {
+      return input.source->load(index);
+    } catch (const InputError&) {
+      return std::nullopt;
+    } catch (const DeviceError&) {  // the run's own error reports it
+      return std::nullopt;
+    }
+  };
+  const Complaints complaints{
+      complaints_of(tally, {input, pipeline.config(), input.source->rig(), pipeline.next_rig(), frame_at})};
+  for (const std::string& text : complaints.texts) spdlog::warn("{}", text);
+}
+
+/// Prints the results of a run to stdout; silent under --quiet.
+void print_summary(const io::RunRecord& record, double frames_per_second) {
+  if (!spdlog::should_log(spdlog::level::info)) return;
+  const io::FrameRange& range{record.range()};
+  tell("{} frames, {} of {} skipped, {:.2f} frames per second\n", record.finished().size(), record.skipped().size(),
+       range.end - range.first, frames_per_second);
+  tell("median ms per frame:");
+  for (const io::StageField& stage : io::stage_fields) {
+    tell(" {} {:.1f}", stage.name, record.timing(stage.milliseconds).p50);
+  }
+  const std::ptrdiff_t alone{frames_of_stereo_alone(record)};
+  if (alone > 0) tell("\n{} of {} frames had no lidar", alone, record.finished().size());
+  tell("\nresults in {}\n", record.folder().string());
 }
 
 }  // namespace

@@ -10,7 +10,6 @@
 #include "connect/message_output.hpp"
 #include "connect/page.hpp"
 #include "input.hpp"
-#include "start_pipeline.hpp"
 
 namespace stereogrid::app {
 

@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <bit>
+#include <chrono>
+#include <cstddef>
 #include <cstdlib>
 #include <utility>
 
@@ -14,12 +16,36 @@
 #include "cli/console.hpp"
 #include "cli/progress.hpp"
 #include "diagnostics/frame_tally.hpp"
-#include "run/frame_wait.hpp"
 #include "run/resume.hpp"
 #include "stereogrid/error.hpp"
 
 namespace stereogrid::app {
 namespace {
+
+/// Time for a frame that is being read when a stop is requested.
+constexpr std::chrono::seconds stop_wait{2};
+
+/// Waits for the next frame of the queue, the input's frame `index`, for `limit`, or `stop_wait` after a stop was
+/// requested; logs a long wait, as on a lost network file system. False: it has not come.
+bool wait_for_frame(io::FrameQueue& queue, std::size_t index, std::chrono::seconds limit) {
+  using Clock = std::chrono::steady_clock;
+  constexpr std::chrono::milliseconds look_around{200};
+  constexpr std::chrono::seconds long_wait{10};
+  const Clock::time_point start{Clock::now()};
+  Clock::time_point end{start + limit};
+  bool is_told{false};
+  bool is_stopped{false};
+  while (!queue.is_ready_within(look_around)) {
+    const Clock::time_point now{Clock::now()};
+    if (interrupted() != 0 && !std::exchange(is_stopped, true)) end = std::min(end, now + stop_wait);
+    if (now >= end) return false;
+    if (is_told || now < start + long_wait) continue;
+    spdlog::warn("frame {} has not come for {} s: is the input's file system slow, or gone? Ctrl-C ends the run", index,
+                 long_wait.count());
+    is_told = true;
+  }
+  return true;
+}
 
 constexpr std::size_t frames_ahead{4};
 

@@ -9,13 +9,13 @@
 #include <vector>
 
 #include "pose_stage.hpp"
-#include "run/lidar_stage.hpp"
 #include "run/result_writer.hpp"
 #include "stereogrid/capture/frame_loop.hpp"
 #include "stereogrid/io/frame_queue.hpp"
 #include "stereogrid/io/run_folder/checkpoint.hpp"
 #include "stereogrid/io/run_folder/run_record.hpp"
 #include "stereogrid/pipeline.hpp"
+#include "sweeps.hpp"
 
 namespace stereogrid::app {
 
