@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "cli/cli_fwd.hpp"
 #include "stereogrid/frame.hpp"
 #include "stereogrid/io/run_folder/description.hpp"
 #include "stereogrid/pipeline.hpp"
@@ -22,6 +21,8 @@ class Scene;
 }
 
 namespace stereogrid::app {
+
+class Command;
 
 /// INPUT on the command line, and what the user says about it.
 struct InputOptions {
@@ -40,7 +41,7 @@ struct InputOptions {
   bool with_right{false};  ///< beside `disparities`
 };
 
-void add_input_options(CLI::App& command, InputOptions& options);
+void add_input_options(Command command, InputOptions& options);
 
 /// Source of the poses.
 enum class PoseSource { input, none, odometry };

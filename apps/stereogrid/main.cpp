@@ -1,6 +1,5 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include <CLI/CLI.hpp>
 
 #include "cli/commands.hpp"
 #include "cli/program.hpp"
@@ -9,7 +8,8 @@ namespace {
 
 using namespace stereogrid::app;
 
-void describe(CLI::App& tool, int& exit_code) {
+void describe(CLI::App& program, int& exit_code) {
+  const Command tool{program};
   tool.description("Stereo camera in, probabilistic occupancy grid with velocities out.");
   tool.footer(
       "INPUT is a KITTI odometry sequence, a KITTI raw drive, a plain folder (left/ right/ calibration.yaml),\n"
@@ -24,10 +24,7 @@ void describe(CLI::App& tool, int& exit_code) {
       "  stereogrid run drives/0009 --out runs/0009 --set grid.length_m=30 --video runs/0009.mp4\n"
       "  stereogrid export runs/0009 --nav2-map maps/0009 --laserscan scans/0009.csv\n"
       "  stereogrid info drives/0009");
-  tool.require_subcommand(0, 1);
-  tool.callback([&tool] {
-    if (tool.get_subcommands().empty()) throw CLI::RequiredError{"A sub-command"};
-  });
+  tool.require_command();
   add_run_command(tool, exit_code);
   add_simulate_command(tool, exit_code);
   add_evaluate_command(tool, exit_code);
@@ -36,7 +33,6 @@ void describe(CLI::App& tool, int& exit_code) {
   add_live_command(tool, exit_code);
   add_view_command(tool, exit_code);
   add_config_command(tool);
-  for (CLI::App* command : tool.get_subcommands({})) command->fallthrough();
 }
 
 }  // namespace

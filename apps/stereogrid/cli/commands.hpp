@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "cli/cli_fwd.hpp"
-
 namespace stereogrid::app {
+
+class Command;
 
 /// Exit codes of the program.
 enum ExitCode : int {
@@ -17,13 +17,13 @@ enum ExitCode : int {
 };
 
 // Each adds a sub-command to the tool; running it sets `exit_code` or throws.
-void add_run_command(CLI::App& tool, int& exit_code);
-void add_simulate_command(CLI::App& tool, int& exit_code);
-void add_evaluate_command(CLI::App& tool, int& exit_code);
-void add_export_command(CLI::App& tool, int& exit_code);
-void add_info_command(CLI::App& tool, int& exit_code);
-void add_live_command(CLI::App& tool, int& exit_code);
-void add_view_command(CLI::App& tool, int& exit_code);
-void add_config_command(CLI::App& tool);
+void add_run_command(Command tool, int& exit_code);
+void add_simulate_command(Command tool, int& exit_code);
+void add_evaluate_command(Command tool, int& exit_code);
+void add_export_command(Command tool, int& exit_code);
+void add_info_command(Command tool, int& exit_code);
+void add_live_command(Command tool, int& exit_code);
+void add_view_command(Command tool, int& exit_code);
+void add_config_command(Command tool);
 
 }  // namespace stereogrid::app

@@ -5,26 +5,25 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
 #include <array>
 #include <vector>
 
-#include "cli/option_checks.hpp"
+#include "cli/program.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/config_file.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::app {
 
-void add_config_options(CLI::App& command, ConfigOptions& options) {
+void add_config_options(Command command, ConfigOptions& options) {
   command.add_option("--preset", options.preset, "Preset: default, robot, or paper (as published).")
-      ->type_name("NAME")
-      ->capture_default_str();
-  command.add_option("--config", options.file, "YAML file with parameters.")->type_name("FILE.yaml");
+      .type_name("NAME")
+      .show_default();
+  command.add_option("--config", options.file, "YAML file with parameters.").type_name("FILE.yaml");
   command.add_option("--set", options.settings, "Value of a parameter, such as grid.length_m=30. May be repeated.")
-      ->type_name("KEY=VALUE")
-      ->expected(1)
-      ->take_all();
+      .type_name("KEY=VALUE")
+      .expected(1)
+      .take_all();
 }
 
 Config config_from(const ConfigOptions& options) {
@@ -90,16 +89,16 @@ void warn_of_unread(const ConfigOptions& options, const Config& config, const In
   }
 }
 
-void add_device_options(CLI::App& command, DeviceOptions& options) {
+void add_device_options(Command command, DeviceOptions& options) {
   command.add_option("--device", options.device, "Device that computes; auto: the fastest available.")
-      ->type_name("DEVICE")
-      ->check(CLI::Validator{device_problem, "{auto,cpu,cuda,cuda:N,reference}"})
-      ->capture_default_str();
+      .type_name("DEVICE")
+      .check(device_problem, "{auto,cpu,cuda,cuda:N,reference}")
+      .show_default();
   command
       .add_option("--threads", options.threads, "Threads of the pipeline; 0: all cores. Results do not depend on it.")
-      ->type_name("N")
-      ->check(whole_number(0, 1024), "[0 - 1024]")
-      ->capture_default_str();
+      .type_name("N")
+      .check(whole_number(0, 1024), "[0 - 1024]")
+      .show_default();
 }
 
 Pipeline start_pipeline(const Config& config, const Rig& rig, const DeviceOptions& options, PipelineOptions made) {

@@ -6,12 +6,13 @@
 #include <string_view>
 #include <vector>
 
-#include "cli/cli_fwd.hpp"
 #include "device_options.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/pipeline.hpp"
 
 namespace stereogrid::app {
+
+class Command;
 
 /// Sources of parameters, in ascending priority: preset, file, --set.
 struct ConfigOptions {
@@ -20,7 +21,7 @@ struct ConfigOptions {
   std::vector<std::string> settings;  ///< "key=value"
 };
 
-void add_config_options(CLI::App& command, ConfigOptions& options);
+void add_config_options(Command command, ConfigOptions& options);
 
 /// Throws ConfigError, InputError.
 [[nodiscard]] Config config_from(const ConfigOptions& options);
@@ -37,7 +38,7 @@ struct InputUse {
 /// Warns of each --set of a parameter that is not read.
 void warn_of_unread(const ConfigOptions& options, const Config& config, const InputUse& input);
 
-void add_device_options(CLI::App& command, DeviceOptions& options);
+void add_device_options(Command command, DeviceOptions& options);
 
 /// `pipeline`: all but back end and threads. Logs the choice of a GPU. Throws ConfigError, DeviceError.
 [[nodiscard]] Pipeline start_pipeline(const Config& config, const Rig& rig, const DeviceOptions& options,

@@ -3,6 +3,10 @@
 #include "cli/console.hpp"
 
 #include <fcntl.h>
+#include <fmt/format.h>
+#include <spdlog/details/os.h>
+#include <spdlog/sinks/base_sink.h>
+#include <spdlog/spdlog.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -10,10 +14,16 @@
 #include <cerrno>
 #include <chrono>
 #include <csignal>
+#include <cstddef>
+#include <memory>
+#include <mutex>
 #include <string>
+#include <string_view>
 #include <system_error>
+#include <utility>
 
 #include "cli/text_queue.hpp"
+#include "stereogrid/printable.hpp"
 
 namespace stereogrid::app {
 namespace {
@@ -56,6 +66,48 @@ volatile std::sig_atomic_t received_signal{0};
 extern "C" void note_signal(int signal) {
   received_signal = signal;
 }
+
+constexpr std::size_t longest_message{16'384};
+
+constexpr const char* wipe_line{"\r\033[K"};  // removes the progress bar
+
+constexpr std::string_view color_of(spdlog::level::level_enum level) {
+  switch (level) {
+    case spdlog::level::info:
+      return "\033[32m";  // green
+    case spdlog::level::warn:
+      return "\033[33m\033[1m";  // yellow, bold
+    case spdlog::level::err:
+    case spdlog::level::critical:
+      return "\033[31m\033[1m";  // red, bold
+    default:
+      return "\033[36m";  // cyan
+  }
+}
+
+/// To stderr, which nothing waits for (console.hpp). Lines may quote names of files and topics.
+class Log final : public spdlog::sinks::base_sink<std::mutex> {
+ public:
+  explicit Log(bool has_colors) : has_colors_{has_colors} {}
+
+ private:
+  void sink_it_(const spdlog::details::log_msg& message) override {
+    const std::string text{printable_lines({message.payload.data(), message.payload.size()}, longest_message)};
+    spdlog::details::log_msg shown{message};
+    shown.payload = text;
+    spdlog::memory_buf_t buffer;
+    formatter_->format(shown, buffer);
+    std::string line{buffer.data(), buffer.size()};
+    if (has_colors_ && shown.color_range_end > shown.color_range_start) {
+      line.insert(shown.color_range_end, "\033[m");
+      line.insert(shown.color_range_start, color_of(message.level));
+    }
+    write_error(line);
+  }
+  void flush_() override { flush_errors(); }
+
+  bool has_colors_;
+};
 
 }  // namespace
 
@@ -123,6 +175,19 @@ void catch_interrupts() {
 
 int interrupted() {
   return received_signal;
+}
+
+void set_up_log() {
+  const bool terminal{isatty(STDERR_FILENO) == 1};
+  const bool has_colors{terminal && spdlog::details::os::is_color_terminal()};
+  auto log{std::make_shared<spdlog::logger>("stereogrid", std::make_shared<Log>(has_colors))};
+  log->set_pattern(fmt::format("{}%^%l%$: %v", terminal ? wipe_line : ""));
+  spdlog::set_default_logger(std::move(log));
+}
+
+void complain(const char* name, const std::string& message) {
+  tell_on_stderr("{}{}: {}\n", isatty(STDERR_FILENO) == 1 ? wipe_line : "", name,
+                 printable_lines(message, longest_message));
 }
 
 }  // namespace stereogrid::app

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include <string>
 #include <string_view>
@@ -50,6 +50,11 @@ void tell_on_stderr(fmt::format_string<Values...> format, Values&&... values) {
 [[nodiscard]] std::string failed_output();
 /// Flushes stdout, at the end of the program. Returns the reason if some output is lost, else "".
 [[nodiscard]] std::string lost_output();
+
+/// From now on, the log goes to stderr, in colours on a terminal.
+void set_up_log();
+/// Prints the reason for which the program called `name` ends to stderr.
+void complain(const char* name, const std::string& message);
 
 /// From now on Ctrl-C (and SIGTERM) only ask to stop; a second one ends the program at once. So does SIGHUP, unless it
 /// was ignored from the start; further ones change nothing.

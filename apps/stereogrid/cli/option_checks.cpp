@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <charconv>
 #include <optional>
 
@@ -18,10 +17,6 @@ std::optional<Number> parsed(const std::string& text) {
   const auto [stop, error]{std::from_chars(text.data(), end, value)};
   if (error != std::errc{} || stop != end) return std::nullopt;
   return value;
-}
-
-std::string complaint_if_empty(const std::string& value) {
-  return value.empty() ? "is empty. Give a value, or leave it out." : "";
 }
 
 }  // namespace
@@ -41,13 +36,6 @@ OptionCheck number(double minimum, double maximum) {
     if (text.empty() || (value && *value >= minimum && *value <= maximum)) return std::string{};  // not for nan
     return fmt::format("{} is no number from {:g} to {:g}.", text, minimum, maximum);
   };
-}
-
-void refuse_empty_values(CLI::App& tool) {
-  for (CLI::Option* option : tool.get_options()) {
-    if (option->get_items_expected_max() > 0) option->check(complaint_if_empty);
-  }
-  for (CLI::App* command : tool.get_subcommands({})) refuse_empty_values(*command);
 }
 
 }  // namespace stereogrid::app

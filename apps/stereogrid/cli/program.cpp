@@ -3,92 +3,31 @@
 #include "cli/program.hpp"
 
 #include <fmt/format.h>
-#include <spdlog/details/os.h>
-#include <spdlog/sinks/base_sink.h>
 #include <spdlog/spdlog.h>
-#include <unistd.h>
 #ifdef __GLIBC__
 #include <malloc.h>
 #endif
 
 #include <CLI/CLI.hpp>
 #include <csignal>
-#include <cstddef>
+#include <cstdint>
 #include <exception>
-#include <memory>
-#include <mutex>
+#include <filesystem>
 #include <new>
+#include <optional>
 #include <sstream>
 #include <string>
-#include <string_view>
+#include <vector>
 
 #include "cli/commands.hpp"
 #include "cli/console.hpp"
-#include "cli/option_checks.hpp"
 #include "device_options.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/paths.hpp"
 #include "stereogrid/pipeline.hpp"
-#include "stereogrid/printable.hpp"
 
 namespace stereogrid::app {
 namespace {
-
-constexpr std::size_t longest_message{16'384};
-
-constexpr const char* wipe_line{"\r\033[K"};  // removes the progress bar
-
-constexpr std::string_view color_of(spdlog::level::level_enum level) {
-  switch (level) {
-    case spdlog::level::info:
-      return "\033[32m";  // green
-    case spdlog::level::warn:
-      return "\033[33m\033[1m";  // yellow, bold
-    case spdlog::level::err:
-    case spdlog::level::critical:
-      return "\033[31m\033[1m";  // red, bold
-    default:
-      return "\033[36m";  // cyan
-  }
-}
-
-/// To stderr, which nothing waits for (console.hpp). Lines may quote names of files and topics.
-class Log final : public spdlog::sinks::base_sink<std::mutex> {
- public:
-  explicit Log(bool has_colors) : has_colors_{has_colors} {}
-
- private:
-  void sink_it_(const spdlog::details::log_msg& message) override {
-    const std::string text{printable_lines({message.payload.data(), message.payload.size()}, longest_message)};
-    spdlog::details::log_msg shown{message};
-    shown.payload = text;
-    spdlog::memory_buf_t buffer;
-    formatter_->format(shown, buffer);
-    std::string line{buffer.data(), buffer.size()};
-    if (has_colors_ && shown.color_range_end > shown.color_range_start) {
-      line.insert(shown.color_range_end, "\033[m");
-      line.insert(shown.color_range_start, color_of(message.level));
-    }
-    write_error(line);
-  }
-  void flush_() override { flush_errors(); }
-
-  bool has_colors_;
-};
-
-void set_up_log() {
-  const bool terminal{isatty(STDERR_FILENO) == 1};
-  const bool has_colors{terminal && spdlog::details::os::is_color_terminal()};
-  auto log{std::make_shared<spdlog::logger>("stereogrid", std::make_shared<Log>(has_colors))};
-  log->set_pattern(fmt::format("{}%^%l%$: %v", terminal ? wipe_line : ""));
-  spdlog::set_default_logger(std::move(log));
-}
-
-int complain(const char* name, int exit_code, const std::string& message) {
-  tell_on_stderr("{}{}: {}\n", isatty(STDERR_FILENO) == 1 ? wipe_line : "", name,
-                 printable_lines(message, longest_message));
-  return exit_code;
-}
 
 // Images come and go with every frame. What malloc hands back to the system each time, the system has to clear each
 // time.
@@ -99,6 +38,24 @@ void keep_memory() {
   mallopt(M_MMAP_THRESHOLD, largest_image_bytes);
   mallopt(M_TRIM_THRESHOLD, kept_bytes);
 #endif
+}
+
+int failed(const char* name, int exit_code, const std::string& message) {
+  complain(name, message);
+  return exit_code;
+}
+
+std::string complaint_if_empty(const std::string& value) {
+  return value.empty() ? "is empty. Give a value, or leave it out." : "";
+}
+
+/// Rejects empty values for all options of the tool and its commands. They come from unset variables of a script, and
+/// ignoring the option would not be intended.
+void refuse_empty_values(CLI::App& tool) {
+  for (CLI::Option* option : tool.get_options()) {
+    if (option->get_items_expected_max() > 0) option->check(complaint_if_empty);
+  }
+  for (CLI::App* command : tool.get_subcommands({})) refuse_empty_values(*command);
 }
 
 int parse_and_run(int argc, char** argv, const char* name, Describe describe) {
@@ -123,7 +80,7 @@ int parse_and_run(int argc, char** argv, const char* name, Describe describe) {
     write_output(text.str());
     return code;
   } catch (const CLI::ParseError& error) {
-    return complain(name, exit_usage, std::string{error.what()} + "\nRun with --help for more information.");
+    return failed(name, exit_usage, std::string{error.what()} + "\nRun with --help for more information.");
   }
   return exit_code;
 }
@@ -132,24 +89,121 @@ int run_guarded(int argc, char** argv, const char* name, Describe describe) {
   try {
     return io::with_path_errors([&] { return parse_and_run(argc, argv, name, describe); });
   } catch (const ConfigError& error) {
-    return complain(name, exit_usage, error.what());
+    return failed(name, exit_usage, error.what());
   } catch (const InputError& error) {
-    return complain(name, exit_input, error.what());
+    return failed(name, exit_input, error.what());
   } catch (const DeviceError& error) {
-    return complain(name, exit_try_again, error.what());
+    return failed(name, exit_try_again, error.what());
   } catch (const std::bad_alloc&) {
-    return complain(name, exit_try_again,
-                    "out of memory. Smaller images, a smaller grid or fewer velocities need less.");
+    return failed(name, exit_try_again, "out of memory. Smaller images, a smaller grid or fewer velocities need less.");
   } catch (const std::exception& error) {
     const std::string of_thread{thread_failure(error)};
-    if (!of_thread.empty()) return complain(name, exit_try_again, of_thread);
-    return complain(name, exit_bug,
-                    std::string{"internal error: "} + error.what() +
-                        "\nThis is a bug in stereogrid. Please report it with the command line and the input.");
+    if (!of_thread.empty()) return failed(name, exit_try_again, of_thread);
+    return failed(name, exit_bug,
+                  std::string{"internal error: "} + error.what() +
+                      "\nThis is a bug in stereogrid. Please report it with the command line and the input.");
   }
 }
 
 }  // namespace
+
+Option Option::type_name(const std::string& name) const {
+  return Option{option_->type_name(name)};
+}
+
+Option Option::required() const {
+  return Option{option_->required()};
+}
+
+Option Option::expected(int minimum, int maximum) const {
+  return Option{minimum == maximum ? option_->expected(minimum) : option_->expected(minimum, maximum)};
+}
+
+Option Option::take_all() const {
+  return Option{option_->take_all()};
+}
+
+Option Option::delimiter(char letter) const {
+  return Option{option_->delimiter(letter)};
+}
+
+Option Option::check(const OptionCheck& check, const std::string& range) const {
+  return Option{option_->check(check, range)};
+}
+
+Option Option::one_of(const std::vector<std::string>& values) const {
+  return Option{option_->check(CLI::IsMember(values))};
+}
+
+Option Option::within(int minimum, int maximum) const {
+  return Option{option_->check(CLI::Range(minimum, maximum))};
+}
+
+Option Option::show_default() const {
+  return Option{option_->capture_default_str()};
+}
+
+Option Option::needs(Option other) const {
+  return Option{option_->needs(other.option_)};
+}
+
+Option Option::excludes(Option other) const {
+  return Option{option_->excludes(other.option_)};
+}
+
+void Command::description(const std::string& text) const {
+  app_->description(text);
+}
+
+void Command::footer(const std::string& text) const {
+  app_->footer(text);
+}
+
+void Command::callback(const std::function<void()>& run) const {
+  app_->callback(run);
+}
+
+Command Command::add_command(const std::string& name, const std::string& description) const {
+  CLI::App* const command{app_->add_subcommand(name, description)};
+  command->fallthrough();
+  return *command;
+}
+
+void Command::require_command() const {
+  app_->require_subcommand(0, 1);
+  app_->callback([app = app_] {
+    if (app->get_subcommands().empty()) throw CLI::RequiredError{"A sub-command"};
+  });
+}
+
+template <class Value>
+Option Command::add_option(const std::string& name, Value& value, const std::string& description) const {
+  return Option{app_->add_option(name, value, description)};
+}
+
+template Option Command::add_option(const std::string&, int&, const std::string&) const;
+template Option Command::add_option(const std::string&, std::uint64_t&, const std::string&) const;
+template Option Command::add_option(const std::string&, double&, const std::string&) const;
+template Option Command::add_option(const std::string&, std::string&, const std::string&) const;
+template Option Command::add_option(const std::string&, std::filesystem::path&, const std::string&) const;
+template Option Command::add_option(const std::string&, std::optional<int>&, const std::string&) const;
+template Option Command::add_option(const std::string&, std::optional<std::uint64_t>&, const std::string&) const;
+template Option Command::add_option(const std::string&, std::optional<double>&, const std::string&) const;
+template Option Command::add_option(const std::string&, std::vector<double>&, const std::string&) const;
+template Option Command::add_option(const std::string&, std::vector<std::string>&, const std::string&) const;
+
+Option Command::add_option_function(const std::string& name, const std::function<void(const std::string&)>& set,
+                                    const std::string& description) const {
+  return Option{app_->add_option_function<std::string>(name, set, description)};
+}
+
+Option Command::add_flag(const std::string& name, bool& value, const std::string& description) const {
+  return Option{app_->add_flag(name, value, description)};
+}
+
+Option Command::option(const std::string& name) const {
+  return Option{app_->get_option(name)};
+}
 
 int run_program(int argc, char** argv, const char* name, Describe describe) {
   if (!open_standard_streams()) return exit_try_again;
@@ -159,7 +213,7 @@ int run_program(int argc, char** argv, const char* name, Describe describe) {
   const int exit_code{run_guarded(argc, argv, name, describe)};
   const std::string lost{lost_output()};
   if (!lost.empty()) {
-    complain(name, exit_try_again, "standard output is not all there (" + lost + "). Send it where there is space.");
+    complain(name, "standard output is not all there (" + lost + "). Send it where there is space.");
   }
   flush_errors();
   const bool is_failure{!lost.empty() && exit_code == exit_done && interrupted() == 0};

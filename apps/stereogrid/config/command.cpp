@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <memory>
 #include <string>
 #include <type_traits>
@@ -10,6 +9,7 @@
 #include "cli/commands.hpp"
 #include "cli/config_options.hpp"
 #include "cli/console.hpp"
+#include "cli/program.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/io/config_file.hpp"
 
@@ -75,13 +75,13 @@ void print_markdown() {
 
 }  // namespace
 
-void add_config_command(CLI::App& tool) {
+void add_config_command(Command tool) {
   auto options{std::make_shared<Options>()};
-  CLI::App* command{tool.add_subcommand("config", "List every parameter: value, unit, range, description.")};
-  add_config_options(*command, options->config);
-  auto* json{command->add_flag("--json", options->json, "Print JSON, values only.")};
-  command->add_flag("--markdown", options->markdown, "Print the page docs/config.md.")->excludes(json);
-  command->callback([options] {
+  const Command command{tool.add_command("config", "List every parameter: value, unit, range, description.")};
+  add_config_options(command, options->config);
+  const Option json{command.add_flag("--json", options->json, "Print JSON, values only.")};
+  command.add_flag("--markdown", options->markdown, "Print the page docs/config.md.").excludes(json);
+  command.callback([options] {
     if (options->markdown) return print_markdown();
     const Config config{config_from(options->config)};
     if (options->json) {

@@ -4,12 +4,12 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <span>
 #include <string_view>
 
+#include "cli/program.hpp"
 #include "pictures/picture.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
@@ -59,24 +59,24 @@ messages::FrameMessagesOptions sent_by(const MessageOptions& options) {
 
 }  // namespace
 
-void add_message_options(CLI::App& command, MessageOptions& options) {
+void add_message_options(Command command, MessageOptions& options) {
   command
       .add_option("--mcap", options.mcap,
                   "Record the results as ROS 2 messages, too (docs/messages.md), for Foxglove, Lichtblick or "
                   "ros2 bag.")
-      ->type_name("FILE.mcap");
+      .type_name("FILE.mcap");
   command
       .add_option("--mcap-topics", options.topics,
                   "Topics to record, such as occupancy_grid,obstacles,tf; without disparity, points and images "
                   "the file is small.")
-      ->delimiter(',')
-      ->type_name("TOPIC,TOPIC,...");
+      .delimiter(',')
+      .type_name("TOPIC,TOPIC,...");
   command
-      .add_option_function<std::string>(
+      .add_option_function(
           "--value-scale", [&options](const std::string& name) { options.scale = scale_named(name); },
           "Scale of the values of occupancy grid messages: nav2 for Nav2's static layer "
           "(ros2/planners). Otherwise percent.")
-      ->check(CLI::IsMember(scale_names()));
+      .one_of(scale_names());
   command.add_flag("--ros2", options.ros2.publishes,
                    "Publish the same messages as topics of a ROS 2 node, in the domain ROS_DOMAIN_ID (docs/ros2.md).");
   add_ros2_options(command, options.ros2);

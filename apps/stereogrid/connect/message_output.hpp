@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "cli/cli_fwd.hpp"
 #include "connect/ros2_node.hpp"
 #include "stereogrid/messages/frame_messages.hpp"
 #include "stereogrid/occupancy_values.hpp"
@@ -20,6 +19,8 @@ class Server;
 
 namespace stereogrid::app {
 
+class Command;
+
 /// Which recording, and which topics of docs/messages.md.
 struct MessageOptions {
   std::filesystem::path mcap;           ///< empty: none
@@ -28,7 +29,7 @@ struct MessageOptions {
   Ros2Options ros2{};
 };
 
-void add_message_options(CLI::App& command, MessageOptions& options);
+void add_message_options(Command command, MessageOptions& options);
 
 /// Throws ConfigError: a topic that does not exist, topics without a file, a file that is there already.
 void check(const MessageOptions& options, const Rig& rig);

@@ -4,13 +4,13 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <charconv>
 #include <chrono>
 #include <mutex>
 #include <optional>
 #include <utility>
 
+#include "cli/program.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/run_folder/stages.hpp"
 #include "stereogrid/server/metrics.hpp"
@@ -44,18 +44,18 @@ ListenAddress listen_address_of(const std::string& text) {
   return made;
 }
 
-void add_page_options(CLI::App& command, PageOptions& options) {
+void add_page_options(Command command, PageOptions& options) {
   command
       .add_option("--listen", options.listen,
                   "Address of the page. On an address other than loopback its link has a token, without which access "
                   "is denied. Port 0: any free port.")
-      ->type_name("ADDRESS:PORT")
-      ->capture_default_str();
+      .type_name("ADDRESS:PORT")
+      .show_default();
   command
       .add_option("--allow-origin", options.allowed_origins,
                   "Origins of other sites with access to the results, such as https://app.foxglove.dev.")
-      ->delimiter(',')
-      ->type_name("URL,URL,...");
+      .delimiter(',')
+      .type_name("URL,URL,...");
 }
 
 std::unique_ptr<server::Server> start_server(const PageOptions& options, server::ServerOptions made) {

@@ -7,12 +7,13 @@
 #include <string>
 #include <vector>
 
-#include "cli/cli_fwd.hpp"
 #include "stereogrid/messages/frame_messages.hpp"
 #include "stereogrid/server/http.hpp"
 #include "stereogrid/server/server.hpp"
 
 namespace stereogrid::app {
+
+class Command;
 
 /// Address and port of a server.
 struct ListenAddress {
@@ -29,7 +30,7 @@ struct PageOptions {
   std::vector<std::string> allowed_origins;
 };
 
-void add_page_options(CLI::App& command, PageOptions& options);
+void add_page_options(Command command, PageOptions& options);
 
 /// Starts a server of the viewer's page at that address. Throws ConfigError, DeviceError.
 [[nodiscard]] std::unique_ptr<server::Server> start_server(const PageOptions& options, server::ServerOptions made);

@@ -6,11 +6,11 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 
+#include "cli/program.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"
@@ -88,15 +88,15 @@ dds::NodeOptions node_options(const Ros2Options& options) {
 
 }  // namespace
 
-void add_ros2_options(CLI::App& command, Ros2Options& options) {
+void add_ros2_options(Command command, Ros2Options& options) {
   command.add_option("--ros2-node", options.node, "Name of the node, with its namespace.")
-      ->type_name("NAME|NAMESPACE/NAME")
-      ->capture_default_str();
+      .type_name("NAME|NAMESPACE/NAME")
+      .show_default();
   command
       .add_option("--ros2-remap", options.remappings,
                   "Other names of topics in ROS 2: occupancy_grid:=/map; without a slash in front: below the node.")
-      ->delimiter(',')
-      ->type_name("FROM:=TO,...");
+      .delimiter(',')
+      .type_name("FROM:=TO,...");
   command.add_flag("--ros2-leave-tf", options.leaves_tf,
                    "Do not publish /tf, which the robot's own odometry publishes. Implied by poses from ROS 2.");
   command
@@ -104,15 +104,15 @@ void add_ros2_options(CLI::App& command, Ros2Options& options) {
           "--ros2-frames", options.frames,
           "Names of the frames in all messages: of the filtered grid, and of the vehicle (on the road below the "
           "left camera). Otherwise odom,base_link.")
-      ->delimiter(',')
-      ->expected(2)
-      ->type_name("WORLD,VEHICLE");
+      .delimiter(',')
+      .expected(2)
+      .type_name("WORLD,VEHICLE");
   command
       .add_option(
           "--ros2-distro", options.distro,
           "Layout of ros_discovery_info, which ros2 node list reads; messages do not depend on it. Default: that of "
           "ROS_DISTRO, otherwise that of the peers (humble until one is seen).")
-      ->check(CLI::IsMember({"humble", "jazzy"}));
+      .one_of({"humble", "jazzy"});
 }
 
 void refuse_without_node(const Ros2Options& options) {

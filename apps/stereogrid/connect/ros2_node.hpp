@@ -6,10 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "cli/cli_fwd.hpp"
 #include "stereogrid/dds/node.hpp"
 
 namespace stereogrid::app {
+
+class Command;
 
 /// This program as a node of ROS 2, as its user says.
 struct Ros2Options {
@@ -25,7 +26,7 @@ struct Ros2Options {
   friend bool operator==(const Ros2Options&, const Ros2Options&) = default;
 };
 
-void add_ros2_options(CLI::App& command, Ros2Options& options);
+void add_ros2_options(Command command, Ros2Options& options);
 
 /// Throws ConfigError: something is said of a node, but there is none.
 void refuse_without_node(const Ros2Options& options);

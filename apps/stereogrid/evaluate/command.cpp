@@ -1,6 +1,5 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -10,7 +9,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/console.hpp"
-#include "cli/option_checks.hpp"
+#include "cli/program.hpp"
 #include "cli/progress.hpp"
 #include "connect/page.hpp"
 #include "evaluate/figures.hpp"
@@ -70,27 +69,26 @@ int evaluate_command(const EvaluateOptions& options) {
 
 }  // namespace
 
-void add_evaluate_command(CLI::App& tool, int& exit_code) {
+void add_evaluate_command(Command tool, int& exit_code) {
   auto options{std::make_shared<EvaluateOptions>()};
-  CLI::App* command{tool.add_subcommand("evaluate", "Score a run against lidar or exact truth.")};
-  command->add_option("RUN_DIR", options->run, "Folder of `stereogrid run --out`.")->type_name(" ")->required();
-  command->add_option("INPUT", options->input, "Input of the run. Default: the path stored in the run.")
-      ->type_name(" ");
+  const Command command{tool.add_command("evaluate", "Score a run against lidar or exact truth.")};
+  command.add_option("RUN_DIR", options->run, "Folder of `stereogrid run --out`.").type_name(" ").required();
+  command.add_option("INPUT", options->input, "Input of the run. Default: the path stored in the run.").type_name(" ");
   command
-      ->add_option("--truth", options->truth,
-                   "lidar: the input's sweeps; truth: exact truth of a scene or a rendered drive. Default: exact "
-                   "truth if available.")
-      ->check(CLI::IsMember({"lidar", "truth"}))
-      ->type_name("lidar|truth");
+      .add_option("--truth", options->truth,
+                  "lidar: the input's sweeps; truth: exact truth of a scene or a rendered drive. Default: exact "
+                  "truth if available.")
+      .one_of({"lidar", "truth"})
+      .type_name("lidar|truth");
   command
-      ->add_option("--camera-height", options->camera_height_m,
-                   "Camera height (m) at which the search for the lidar's road starts. Default: the height that the "
-                   "run has estimated, else 1.64, as on KITTI.")
-      ->type_name("M")
-      ->check(number(0.3, 5), "[0.3 - 5]");
-  command->add_option("--json", options->json, "Write every figure to this file, too.")->type_name("FILE");
-  command->add_option("--html", options->html, "Write a report with plots to this file, too.")->type_name("FILE");
-  command->callback([options, &exit_code] { exit_code = evaluate_command(*options); });
+      .add_option("--camera-height", options->camera_height_m,
+                  "Camera height (m) at which the search for the lidar's road starts. Default: the height that the "
+                  "run has estimated, else 1.64, as on KITTI.")
+      .type_name("M")
+      .check(number(0.3, 5), "[0.3 - 5]");
+  command.add_option("--json", options->json, "Write every figure to this file, too.").type_name("FILE");
+  command.add_option("--html", options->html, "Write a report with plots to this file, too.").type_name("FILE");
+  command.callback([options, &exit_code] { exit_code = evaluate_command(*options); });
 }
 
 }  // namespace stereogrid::app

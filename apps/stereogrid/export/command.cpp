@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
@@ -14,7 +13,7 @@
 #include <vector>
 
 #include "cli/commands.hpp"
-#include "cli/option_checks.hpp"
+#include "cli/program.hpp"
 #include "cli/progress.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
@@ -128,23 +127,23 @@ int export_run(const Options& options) {
 
 }  // namespace
 
-void add_export_command(CLI::App& tool, int& exit_code) {
+void add_export_command(Command tool, int& exit_code) {
   auto options{std::make_shared<Options>()};
-  CLI::App* command{tool.add_subcommand("export", "Convert a run to maps and laser scans (docs/format.md).")};
-  command->add_option("RUN_DIR", options->run, "Folder of `stereogrid run --out`.")->type_name(" ")->required();
+  const Command command{tool.add_command("export", "Convert a run to maps and laser scans (docs/format.md).")};
+  command.add_option("RUN_DIR", options->run, "Folder of `stereogrid run --out`.").type_name(" ").required();
   command
-      ->add_option("--nav2-map", options->nav2_map,
-                   "Write map.yaml and map.pgm for Nav2's map_server: the filtered grid of a frame.")
-      ->type_name("DIR");
+      .add_option("--nav2-map", options->nav2_map,
+                  "Write map.yaml and map.pgm for Nav2's map_server: the filtered grid of a frame.")
+      .type_name("DIR");
   command
-      ->add_option(
+      .add_option(
           "--laserscan", options->laser_scan,
           "Write the nearest obstacle of each bearing, a line per frame, with the values of sensor_msgs/LaserScan.")
-      ->type_name("FILE.csv");
-  command->add_option("--frame", options->frame, "Index of the map's frame in frames.jsonl. Default: the last one.")
-      ->type_name("N")
-      ->check(whole_number(0, io::largest_index), "[0 - 1000000000]");
-  command->callback([options, &exit_code] { exit_code = export_run(*options); });
+      .type_name("FILE.csv");
+  command.add_option("--frame", options->frame, "Index of the map's frame in frames.jsonl. Default: the last one.")
+      .type_name("N")
+      .check(whole_number(0, io::largest_index), "[0 - 1000000000]");
+  command.callback([options, &exit_code] { exit_code = export_run(*options); });
 }
 
 }  // namespace stereogrid::app

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -12,6 +11,7 @@
 #include "cli/commands.hpp"
 #include "cli/config_options.hpp"
 #include "cli/console.hpp"
+#include "cli/program.hpp"
 #include "cli/progress.hpp"
 #include "diagnostics/own_vehicle.hpp"
 #include "info/look.hpp"
@@ -218,18 +218,18 @@ int show(const Options& options) {
 
 }  // namespace
 
-void add_info_command(CLI::App& tool, int& exit_code) {
+void add_info_command(Command tool, int& exit_code) {
   auto options{std::make_shared<Options>()};
-  CLI::App* command{
-      tool.add_subcommand("info", "Contents and faults of an input, and the files that a run would use.")};
-  add_input_options(*command, options->input);
-  add_config_options(*command, options->config);
+  const Command command{
+      tool.add_command("info", "Contents and faults of an input, and the files that a run would use.")};
+  add_input_options(command, options->input);
+  add_config_options(command, options->config);
   command
-      ->add_option("--propose-mask", options->proposed_mask,
-                   "Go through the whole drive, look for what shows the vehicle itself at the lower edge of the image, "
-                   "and write a mask for --mask. Masked pixels are black; the rest shows the image for inspection.")
-      ->type_name("FILE.png");
-  command->callback([options, &exit_code] { exit_code = show(*options); });
+      .add_option("--propose-mask", options->proposed_mask,
+                  "Go through the whole drive, look for what shows the vehicle itself at the lower edge of the image, "
+                  "and write a mask for --mask. Masked pixels are black; the rest shows the image for inspection.")
+      .type_name("FILE.png");
+  command.callback([options, &exit_code] { exit_code = show(*options); });
 }
 
 }  // namespace stereogrid::app

@@ -3,12 +3,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
 
 #include "cli/commands.hpp"
-#include "cli/option_checks.hpp"
+#include "cli/program.hpp"
 #include "run/run.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/run_folder/frame_files.hpp"
@@ -17,13 +16,13 @@
 namespace stereogrid::app {
 namespace {
 
-void add_result_options(CLI::App& command, RunOptions& options) {
+void add_result_options(Command command, RunOptions& options) {
   command.add_option("--fuse", options.fuse, "Fuse the stereo grid with one of the input's lidar sweeps (fusion.*).")
-      ->check(CLI::IsMember({"none", "lidar"}))
-      ->capture_default_str();
+      .one_of({"none", "lidar"})
+      .show_default();
   command.add_option("--predict", options.predict_s, "Horizons in seconds of predicted grids: predictions/NAME.npz.")
-      ->delimiter(',')
-      ->type_name("S,S,...");
+      .delimiter(',')
+      .type_name("S,S,...");
   command.add_flag("--compact", options.compact,
                    "Small grids: in the vehicle's frame only, without covariances, occupancies to 1/256, velocities to "
                    "1/16 m/s, ages to 1/64 s.");
@@ -31,14 +30,14 @@ void add_result_options(CLI::App& command, RunOptions& options) {
       .add_option("--layers", options.layers,
                   "Only these arrays of grids/NAME.npz: occupancy, velocity, age_s and so on (docs/format.md). Left "
                   "out: all.")
-      ->delimiter(',')
-      ->type_name("NAME,NAME,...");
+      .delimiter(',')
+      .type_name("NAME,NAME,...");
   command
       .add_option("--every", options.every,
                   "Process all frames, but write only those whose index in the input is a multiple of N.")
-      ->type_name("N")
-      ->check(whole_number(1, 1'000'000'000), "[1 - 1000000000]")
-      ->capture_default_str();
+      .type_name("N")
+      .check(whole_number(1, 1'000'000'000), "[1 - 1000000000]")
+      .show_default();
   command.add_flag("--save-stages", options.save_stages,
                    "Write intermediate results of the stages, too: stages/NAME.npz.");
   command.add_flag("--pictures", options.pictures, "Write a visualisation of every frame, too: pictures/NAME.png.");
@@ -64,49 +63,48 @@ std::vector<std::string> layers_of(const RunOptions& options) {
   return layers;
 }
 
-void add_run_command(CLI::App& tool, int& exit_code) {
+void add_run_command(Command tool, int& exit_code) {
   auto options{std::make_shared<RunOptions>()};
-  CLI::App* command{tool.add_subcommand("run", "Compute occupancy grids and obstacles from a stereo drive.")};
-  add_input_options(*command, options->input);
-  command->add_option("--out,-o", options->folder, "Folder of the results (docs/format.md).")
-      ->type_name("DIR")
-      ->required();
-  add_config_options(*command, options->config);
-  add_result_options(*command, *options);
+  const Command command{tool.add_command("run", "Compute occupancy grids and obstacles from a stereo drive.")};
+  add_input_options(command, options->input);
+  command.add_option("--out,-o", options->folder, "Folder of the results (docs/format.md).")
+      .type_name("DIR")
+      .required();
+  add_config_options(command, options->config);
+  add_result_options(command, *options);
   command
-      ->add_option("--frames", options->frames,
-                   std::string{frame_range_help} + " The world frame is that of the whole input.")
-      ->type_name("FIRST:LAST");
+      .add_option("--frames", options->frames,
+                  std::string{frame_range_help} + " The world frame is that of the whole input.")
+      .type_name("FIRST:LAST");
   command
-      ->add_option("--warm-up", options->warm_up,
-                   "Frames processed before the first of --frames and not written, so that the "
-                   "filter starts with their state.")
-      ->type_name("N")
-      ->check(CLI::Range(0, 1'000'000'000))
-      ->capture_default_str();
-  add_device_options(*command, options->device);
-  command->add_option("--video", options->video, "Write the visualisations as a video, too (H.264, with ffmpeg).")
-      ->type_name("FILE.mp4");
-  add_message_options(*command, options->messages);
-  CLI::Option* const view{
-      command->add_flag("--view", options->view, "Show the results in the browser during the run, too.")};
-  add_page_options(*command, options->page);
-  for (const char* name : {"--listen", "--allow-origin"}) command->get_option(name)->needs(view);
-  command->add_flag("--resume", options->resume, "Continue a stopped run, with the same results.");
+      .add_option("--warm-up", options->warm_up,
+                  "Frames processed before the first of --frames and not written, so that the "
+                  "filter starts with their state.")
+      .type_name("N")
+      .within(0, 1'000'000'000)
+      .show_default();
+  add_device_options(command, options->device);
+  command.add_option("--video", options->video, "Write the visualisations as a video, too (H.264, with ffmpeg).")
+      .type_name("FILE.mp4");
+  add_message_options(command, options->messages);
+  const Option view{command.add_flag("--view", options->view, "Show the results in the browser during the run, too.")};
+  add_page_options(command, options->page);
+  for (const char* name : {"--listen", "--allow-origin"}) command.option(name).needs(view);
+  command.add_flag("--resume", options->resume, "Continue a stopped run, with the same results.");
   command
-      ->add_option("--input-wait", options->input_wait_s,
-                   "Maximum time to load a frame, as for a file system that hangs. Exit code 75.")
-      ->type_name("S")
-      ->check(CLI::Range(1, 1'000'000))
-      ->capture_default_str();
+      .add_option("--input-wait", options->input_wait_s,
+                  "Maximum time to load a frame, as for a file system that hangs. Exit code 75.")
+      .type_name("S")
+      .within(1, 1'000'000)
+      .show_default();
   command
-      ->add_option("--checkpoint-every", options->checkpoint_every,
-                   "Interval in frames at which the state is saved for --resume; 0: never, so that --resume "
-                   "has to work through the frames from the first one on again.")
-      ->type_name("N")
-      ->check(CLI::Range(0, 1'000'000'000))
-      ->capture_default_str();
-  command->callback([options, &exit_code] { exit_code = run(*options); });
+      .add_option("--checkpoint-every", options->checkpoint_every,
+                  "Interval in frames at which the state is saved for --resume; 0: never, so that --resume "
+                  "has to work through the frames from the first one on again.")
+      .type_name("N")
+      .within(0, 1'000'000'000)
+      .show_default();
+  command.callback([options, &exit_code] { exit_code = run(*options); });
 }
 
 }  // namespace stereogrid::app

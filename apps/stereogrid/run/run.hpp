@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "cli/cli_fwd.hpp"
 #include "cli/config_options.hpp"
 #include "connect/message_output.hpp"
 #include "connect/page.hpp"

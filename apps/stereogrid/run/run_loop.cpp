@@ -28,15 +28,14 @@ constexpr std::chrono::seconds stop_wait{2};
 /// Waits for the next frame of the queue, the input's frame `index`, for `limit`, or `stop_wait` after a stop was
 /// requested; logs a long wait, as on a lost network file system. False: it has not come.
 bool wait_for_frame(io::FrameQueue& queue, std::size_t index, std::chrono::seconds limit) {
-  using Clock = std::chrono::steady_clock;
   constexpr std::chrono::milliseconds look_around{200};
   constexpr std::chrono::seconds long_wait{10};
-  const Clock::time_point start{Clock::now()};
-  Clock::time_point end{start + limit};
+  const auto start{std::chrono::steady_clock::now()};
+  auto end{start + limit};
   bool is_told{false};
   bool is_stopped{false};
   while (!queue.is_ready_within(look_around)) {
-    const Clock::time_point now{Clock::now()};
+    const auto now{std::chrono::steady_clock::now()};
     if (interrupted() != 0 && !std::exchange(is_stopped, true)) end = std::min(end, now + stop_wait);
     if (now >= end) return false;
     if (is_told || now < start + long_wait) continue;

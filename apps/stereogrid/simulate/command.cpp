@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -12,7 +11,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/console.hpp"
-#include "cli/option_checks.hpp"
+#include "cli/program.hpp"
 #include "cli/progress.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/truth.hpp"
@@ -73,25 +72,25 @@ std::string scenes_help() {
 
 }  // namespace
 
-void add_simulate_command(CLI::App& tool, int& exit_code) {
+void add_simulate_command(Command tool, int& exit_code) {
   auto options{std::make_shared<Options>()};
-  CLI::App* command{tool.add_subcommand("simulate", "Write a built-in scene as a data set with ground truth.")};
-  command->add_option("SCENE", options->scene, scenes_help())->type_name(" ")->required();
-  command->add_option("--out,-o", options->folder, "Folder for the data set.")->type_name("DIR")->required();
-  command->add_option("--frames", options->frames, "Number of frames. Default: that of the scene.")
-      ->type_name("N")
-      ->check(whole_number(1, 1'000'000));
-  command->add_option("--seed", options->seed, "Seed of the random layout.")
-      ->type_name("N")
-      ->check(whole_number(0, std::numeric_limits<std::uint64_t>::max()));
-  command->add_option("--width", options->width_px, "Width of the images.")
-      ->type_name("PX")
-      ->check(whole_number(16, 8192));
-  command->add_option("--height", options->height_px, "Height of the images.")
-      ->type_name("PX")
-      ->check(whole_number(16, 8192));
-  command->add_flag("--no-truth", options->without_truth, "Do not write ground truth.");
-  command->callback([options, &exit_code] { exit_code = simulate(*options); });
+  const Command command{tool.add_command("simulate", "Write a built-in scene as a data set with ground truth.")};
+  command.add_option("SCENE", options->scene, scenes_help()).type_name(" ").required();
+  command.add_option("--out,-o", options->folder, "Folder for the data set.").type_name("DIR").required();
+  command.add_option("--frames", options->frames, "Number of frames. Default: that of the scene.")
+      .type_name("N")
+      .check(whole_number(1, 1'000'000));
+  command.add_option("--seed", options->seed, "Seed of the random layout.")
+      .type_name("N")
+      .check(whole_number(0, std::numeric_limits<std::uint64_t>::max()));
+  command.add_option("--width", options->width_px, "Width of the images.")
+      .type_name("PX")
+      .check(whole_number(16, 8192));
+  command.add_option("--height", options->height_px, "Height of the images.")
+      .type_name("PX")
+      .check(whole_number(16, 8192));
+  command.add_flag("--no-truth", options->without_truth, "Do not write ground truth.");
+  command.callback([options, &exit_code] { exit_code = simulate(*options); });
 }
 
 }  // namespace stereogrid::app

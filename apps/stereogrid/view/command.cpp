@@ -1,6 +1,5 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
@@ -13,6 +12,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/console.hpp"
+#include "cli/program.hpp"
 #include "connect/page.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/paths.hpp"
@@ -146,14 +146,14 @@ int view(const Options& options) {
 
 }  // namespace
 
-void add_view_command(CLI::App& tool, int& exit_code) {
+void add_view_command(Command tool, int& exit_code) {
   auto options{std::make_shared<Options>()};
-  CLI::App* command{tool.add_subcommand("view", "Play a recording in the browser; Ctrl-C ends it.")};
-  command->add_option("recording", options->recording, "A recording of 'run --mcap', or the folder of that run.")
-      ->type_name("FILE.mcap|DIR")
-      ->required();
-  add_page_options(*command, options->page);
-  command->callback([options, &exit_code] { exit_code = view(*options); });
+  const Command command{tool.add_command("view", "Play a recording in the browser; Ctrl-C ends it.")};
+  command.add_option("recording", options->recording, "A recording of 'run --mcap', or the folder of that run.")
+      .type_name("FILE.mcap|DIR")
+      .required();
+  add_page_options(command, options->page);
+  command.callback([options, &exit_code] { exit_code = view(*options); });
 }
 
 }  // namespace stereogrid::app
