@@ -16,10 +16,13 @@ build=$root/build/release
 out=$root/out/demo
 tool=$build/bin/stereogrid
 
-"$root/scripts/install-dependencies.sh"
+"$root/scripts/install-dependencies.sh" --tool
+# the tests' libraries are not installed here; ./test.sh and the preset add the tests
+without_tests=()
+[ -e "$build/CMakeCache.txt" ] || without_tests=(-DSTEREOGRID_TESTS=OFF)
 # options of the preset "release", spelt out because the CMake of Ubuntu 22.04 does not support such presets
 cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_EXPORT_COMPILE_COMMANDS=ON \
-  --log-level=WARNING
+  --log-level=WARNING "${without_tests[@]}"
 targets=(stereogrid_tool)
 # library that --ros2 loads, if Cyclone DDS is installed
 ! cmake --build "$build" --target help | grep -q '^stereogrid_dds:' || targets+=(stereogrid_dds)

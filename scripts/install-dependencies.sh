@@ -4,6 +4,7 @@
 #
 # Installs the Debian / Ubuntu packages that stereogrid is built, tested and run with.
 # Does nothing where they are all there. Uses sudo where the caller is not root.
+# --tool: only those that the tool is built and run with, without the tests' and ffmpeg, which reads and writes videos.
 # --python: also the packages of PyPI that the Python package is built and tested with, into build/python/venv, and ROS 2
 # as peers of tests, into build/ros/jazzy and build/ros/kilted. Where one of them cannot be installed, its tests are
 # skipped.
@@ -19,16 +20,20 @@ packages=(
   libzip-dev libisal-dev zlib1g-dev                  # .npz, PNG
   libzstd-dev liblz4-dev libsqlite3-dev              # recordings: MCAP, rosbag2
   libssl-dev                                         # hashes of types of ROS 2
-  libgtest-dev libgmock-dev libbenchmark-dev         # tests, benchmarks
   libboost-dev                                       # server: WebSocket and HTTP (headers)
-  libboost-context-dev                               # tests of CUDA kernels without a GPU
   libgstreamer-plugins-base1.0-dev                   # live cameras
   gstreamer1.0-plugins-base gstreamer1.0-plugins-good
   cyclonedds-dev                                     # ROS 2
-  ffmpeg                                             # videos, and --video
-  python3 python3-numpy                              # tests that read our files as users do
-  python3-matplotlib                                 # research/figures
 )
+if [ "${1:-}" != "--tool" ]; then
+  packages+=(
+    libgtest-dev libgmock-dev libbenchmark-dev # tests, benchmarks
+    libboost-context-dev                       # tests of CUDA kernels without a GPU
+    ffmpeg                                     # videos, and --video
+    python3 python3-numpy                      # tests that read our files as users do
+    python3-matplotlib                         # research/figures
+  )
+fi
 if [ "${1:-}" = "--ci" ]; then
   packages+=(
     clang-format clang-tidy
