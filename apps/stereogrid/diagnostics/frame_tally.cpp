@@ -8,7 +8,6 @@
 #include <cmath>
 #include <utility>
 
-#include "diagnostics/pair_faults.hpp"
 #include "stereogrid/io/calibration.hpp"
 #include "stereogrid/level_mapping.hpp"
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "diagnostics/pair_faults.hpp"
+#include "diagnostics/frame_tally.hpp"
 
 #include <fmt/format.h>
 

@@ -10,7 +10,6 @@
 #include <set>
 
 #include "diagnostics/frame_tally.hpp"
-#include "diagnostics/pair_faults.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/calibration.hpp"
 #include "stereogrid/io/recording.hpp"

@@ -17,7 +17,6 @@
 #include "cli/console.hpp"
 #include "diagnostics/frame_tally.hpp"
 #include "live/placed_frames.hpp"
-#include "live/service_manager.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/recording.hpp"
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <string>
 #include <vector>
@@ -53,5 +54,25 @@ struct LiveOptions {
 /// calibration is given; waiting is reported. Throws ConfigError: options that do not fit; DeviceError; InputError: no
 /// pair of cameras. Sets the options in `ros2` that follow from the poses.
 [[nodiscard]] LiveInput open_ros2_input(const InputOptions& options, Ros2Options& ros2);
+
+/// systemd, where it has started this program as a service of Type=notify (sd_notify(3): the socket that NOTIFY_SOCKET
+/// names). Without one nothing happens.
+class ServiceManager {
+ public:
+  ServiceManager();
+  ServiceManager(const ServiceManager&) = delete;
+  ServiceManager& operator=(const ServiceManager&) = delete;
+  ~ServiceManager();
+
+  void tell_ready();
+  /// Sends the watchdog notification, at most once a second; call it more often.
+  void tell_alive();
+
+ private:
+  void send(const std::string& words) const;
+
+  int socket_{-1};
+  std::chrono::steady_clock::time_point told_{};
+};
 
 }  // namespace stereogrid::app

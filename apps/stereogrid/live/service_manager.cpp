@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "live/service_manager.hpp"
+#include "live/live.hpp"
 
 #include <sys/socket.h>
 #include <sys/un.h>
