@@ -16,7 +16,7 @@
 namespace stereogrid::app {
 namespace {
 
-struct Options {
+struct ListOptions {
   ConfigOptions config;
   bool json{false};
   bool markdown{false};
@@ -76,7 +76,7 @@ void print_markdown() {
 }  // namespace
 
 void add_config_command(Command tool) {
-  auto options{std::make_shared<Options>()};
+  auto options{std::make_shared<ListOptions>()};
   const Command command{tool.add_command("config", "List every parameter: value, unit, range, description.")};
   add_config_options(command, options->config);
   const Option json{command.add_flag("--json", options->json, "Print JSON, values only.")};

@@ -28,14 +28,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct ExportOptions {
   std::string run;
   std::string nav2_map;
   std::string laser_scan;
   std::optional<std::uint64_t> frame;
 };
 
-fs::path map_of(const Options& options) {
+fs::path map_of(const ExportOptions& options) {
   return fs::path{options.nav2_map} / "map.yaml";
 }
 
@@ -45,7 +45,7 @@ void refuse_to_replace(const char* option, const fs::path& file) {
       fmt::format("{}: {} is there already. Give another name, or delete it.", option, io::printable_path(file))};
 }
 
-void check(const Options& options) {
+void check(const ExportOptions& options) {
   if (options.nav2_map.empty() && options.laser_scan.empty()) {
     throw ConfigError{"export has nothing to write. Give --nav2-map DIR, --laserscan FILE.csv or both."};
   }
@@ -59,7 +59,7 @@ void check(const Options& options) {
   if (!options.laser_scan.empty()) refuse_to_replace("--laserscan", options.laser_scan);
 }
 
-const io::RunFrame& chosen_frame(const io::RunReader& run, const Options& options) {
+const io::RunFrame& chosen_frame(const io::RunReader& run, const ExportOptions& options) {
   const std::vector<io::RunFrame>& frames{run.frames()};
   if (!options.frame) return frames.back();
   const auto found{std::ranges::find(frames, *options.frame, &io::RunFrame::index)};
@@ -104,7 +104,7 @@ void make_folder_of(const fs::path& file) {
 }
 
 /// All is read before anything is written.
-int export_run(const Options& options) {
+int export_run(const ExportOptions& options) {
   check(options);
   const io::RunReader run{options.run};
   const io::RunFrame& frame{chosen_frame(run, options)};
@@ -128,7 +128,7 @@ int export_run(const Options& options) {
 }  // namespace
 
 void add_export_command(Command tool, int& exit_code) {
-  auto options{std::make_shared<Options>()};
+  auto options{std::make_shared<ExportOptions>()};
   const Command command{tool.add_command("export", "Convert a run to maps and laser scans (docs/format.md).")};
   command.add_option("RUN_DIR", options->run, "Folder of `stereogrid run --out`.").type_name(" ").required();
   command

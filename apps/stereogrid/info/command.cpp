@@ -31,7 +31,7 @@ constexpr double degrees{57.29577951308232};
 
 constexpr std::size_t frames_looked_at{50};
 
-struct Options {
+struct InfoOptions {
   InputOptions input;
   ConfigOptions config;
   std::string proposed_mask;
@@ -190,7 +190,7 @@ void propose_mask(const Input& input, const Config& config, const std::string& f
                   100.0 * static_cast<double>(masked) / static_cast<double>(mask.size()), seen, file));
 }
 
-int show(const Options& options) {
+int show(const InfoOptions& options) {
   const Config config{config_from(options.config)};
   const Input input{open_input(options.input)};
   const Rig& rig{input.source->rig()};
@@ -219,7 +219,7 @@ int show(const Options& options) {
 }  // namespace
 
 void add_info_command(Command tool, int& exit_code) {
-  auto options{std::make_shared<Options>()};
+  auto options{std::make_shared<InfoOptions>()};
   const Command command{
       tool.add_command("info", "Contents and faults of an input, and the files that a run would use.")};
   add_input_options(command, options->input);

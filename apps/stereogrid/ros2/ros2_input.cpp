@@ -33,7 +33,7 @@ constexpr std::size_t dynamic_depth{100};  // as tf2_ros has it
 constexpr std::size_t static_depth{100};
 constexpr auto image_patience{1s};
 constexpr auto static_patience{100ms};  // they have been received since before the images were found
-constexpr double degrees{180 / 3.14159265358979323846};
+constexpr double degrees_per_radian{180 / 3.14159265358979323846};
 
 /// A buffer that receives /tf and /tf_static while the node exists.
 std::shared_ptr<TransformBuffer> subscribe_transforms(dds::Node& node) {
@@ -89,8 +89,8 @@ bool set_extrinsics_of_tf(Rig& rig, TransformBuffer& transforms, const std::stri
     return false;
   }
   spdlog::info("extrinsics of TF ({} → {}), checked against the road: height {:.2f} m, pitch {:.1f}°, roll {:.1f}°",
-               base, io::printable(camera_frame, 60), rig.camera_height_m, rig.camera_pitch_rad * degrees,
-               rig.camera_roll_rad * degrees);
+               base, io::printable(camera_frame, 60), rig.camera_height_m, rig.camera_pitch_rad * degrees_per_radian,
+               rig.camera_roll_rad * degrees_per_radian);
   return true;
 }
 

@@ -20,7 +20,7 @@
 namespace stereogrid::app {
 namespace {
 
-struct Options {
+struct SimulateOptions {
   std::string scene;
   std::string folder;
   std::optional<int> frames;
@@ -30,7 +30,7 @@ struct Options {
   bool without_truth{false};
 };
 
-scenes::SceneOptions scene_options(const Options& options) {
+scenes::SceneOptions scene_options(const SimulateOptions& options) {
   scenes::SceneOptions scene{scenes::parse_scene(options.scene)};
   scene.frames = options.frames.value_or(scene.frames);
   scene.seed = options.seed.value_or(scene.seed);
@@ -39,7 +39,7 @@ scenes::SceneOptions scene_options(const Options& options) {
   return scene;
 }
 
-int simulate(const Options& options) {
+int simulate(const SimulateOptions& options) {
   const scenes::Scene scene{scene_options(options)};
   const std::optional<TruthGrid> truth_grid{options.without_truth ? std::nullopt : std::optional{scene.truth_grid()}};
   io::PlainFolderWriter writer{options.folder, scene.rig(), truth_grid};
@@ -73,7 +73,7 @@ std::string scenes_help() {
 }  // namespace
 
 void add_simulate_command(Command tool, int& exit_code) {
-  auto options{std::make_shared<Options>()};
+  auto options{std::make_shared<SimulateOptions>()};
   const Command command{tool.add_command("simulate", "Write a built-in scene as a data set with ground truth.")};
   command.add_option("SCENE", options->scene, scenes_help()).type_name(" ").required();
   command.add_option("--out,-o", options->folder, "Folder for the data set.").type_name("DIR").required();

@@ -103,7 +103,7 @@ void RecordedFrames::send(std::size_t frame, server::Server& server) const {
   }
 }
 
-struct Options {
+struct ViewOptions {
   std::string recording;
   PageOptions page;
 };
@@ -130,7 +130,7 @@ void play(const RecordedFrames& frames, Playback& playback, server::Server& serv
   }
 }
 
-int view(const Options& options) {
+int view(const ViewOptions& options) {
   const fs::path file{recording_at(options.recording)};
   RecordedFrames frames{file};
   Playback playback{frames.stamps_ns()};
@@ -147,7 +147,7 @@ int view(const Options& options) {
 }  // namespace
 
 void add_view_command(Command tool, int& exit_code) {
-  auto options{std::make_shared<Options>()};
+  auto options{std::make_shared<ViewOptions>()};
   const Command command{tool.add_command("view", "Play a recording in the browser; Ctrl-C ends it.")};
   command.add_option("recording", options->recording, "A recording of 'run --mcap', or the folder of that run.")
       .type_name("FILE.mcap|DIR")
