@@ -45,6 +45,9 @@ class Room:
     only_in: str = ".*"  # files within the folder that this room is about
 
 
+APP = ("include", "odometry/include", "io/include", "messages/include", "mcap/include", "server/include", "capture/include",
+       "rosbag/include", "dds/include", "scenes/include", "evaluation/include", "apps/stereogrid")
+
 # the first that fits
 ROOMS = (
     Room("include", ("include",), r"opencv2/core/mat\.hpp", r"include/stereogrid/opencv\.hpp"),
@@ -81,9 +84,8 @@ ROOMS = (
     Room("python", ("include", "odometry/include", "io/include", "rosbag/include", "scenes/include", "evaluation/include", "apps/stereogrid",
                     "python/src"),
          r"(nanobind|nlohmann|fmt)/.*"),
-    Room("apps", ("include", "odometry/include", "io/include", "messages/include", "mcap/include", "server/include", "capture/include",
-                  "rosbag/include", "dds/include", "scenes/include", "evaluation/include", "apps/stereogrid"),
-         r"(opencv2|nlohmann|fmt|spdlog|CLI)/.*|(sys/)?\w+\.h"),
+    Room("apps", APP, r"(CLI|fmt|spdlog)/.*|(sys/)?\w+\.h", r"apps/stereogrid/cli/program\.cpp"),
+    Room("apps", APP, r"(opencv2|nlohmann|fmt|spdlog)/.*|(sys/)?\w+\.h"),
 )
 
 
