@@ -58,7 +58,7 @@ def tables_of(markdown: str) -> list:
 
 
 # Highway's targets on x86 that the core is compiled for, best first, with the flags of /proc/cpuinfo that each needs
-SIMD_TARGETS = {"AVX3": ("avx512f", "avx512bw", "avx512dq", "avx512vl"), "AVX2": ("avx2", "fma", "bmi2"), "SSE4": ("sse4_1",)}
+SIMD_TARGETS = {"AVX3_DL": ("avx512_vbmi2", "avx512_vnni", "vaes"), "AVX2": ("avx2", "fma", "bmi2"), "SSE4": ("sse4_1",)}
 
 
 def machine(cpuinfo: str | None = None, cores: int | None = None) -> str:
