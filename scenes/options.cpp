@@ -7,9 +7,8 @@
 #include <set>
 
 #include "layouts/layouts.hpp"
-#include "options.hpp"
 #include "stereogrid/error.hpp"
-#include "world/angle.hpp"
+#include "world/numbers.hpp"
 
 namespace stereogrid::scenes {
 namespace {

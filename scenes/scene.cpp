@@ -8,11 +8,11 @@
 #include <cstdio>
 #include <utility>
 
-#include "options.hpp"
+#include "layouts/layouts.hpp"
 #include "render/render.hpp"
 #include "stereogrid/error.hpp"
 #include "truth/truth.hpp"
-#include "world/random.hpp"
+#include "world/numbers.hpp"
 
 namespace stereogrid::scenes {
 namespace {

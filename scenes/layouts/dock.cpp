@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "layouts/layouts.hpp"
-#include "world/props.hpp"
 #include "world/relief.hpp"
+#include "world/world.hpp"
 
 namespace stereogrid::scenes {
 namespace {

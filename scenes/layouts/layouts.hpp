@@ -53,4 +53,9 @@ struct Layout {
 /// Lane markings of a two-lane road whose right lane's middle is the line y = 0.
 [[nodiscard]] Road two_lanes(double lane_width_m, double curvature_per_m);
 
+/// Fills in the defaults. Throws InputError for an unknown scene or a value out of range.
+[[nodiscard]] SceneOptions completed(SceneOptions options);
+
+[[nodiscard]] World build_world(const SceneOptions& options);
+
 }  // namespace stereogrid::scenes

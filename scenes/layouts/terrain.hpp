@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "stereogrid/scenes/scene.hpp"
-#include "world/random.hpp"
+#include "world/numbers.hpp"
 #include "world/relief.hpp"
 #include "world/world.hpp"
 

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "layouts/terrain.hpp"
-#include "world/props.hpp"
+#include "world/world.hpp"
 
 namespace stereogrid::scenes {
 namespace {

@@ -5,8 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "render/rows.hpp"
-#include "world/random.hpp"
+#include "world/numbers.hpp"
 
 namespace stereogrid::scenes {
 namespace {

@@ -6,9 +6,8 @@
 #include <map>
 #include <utility>
 
-#include "render/rows.hpp"
+#include "render/render.hpp"
 #include "truth/truth.hpp"
-#include "world/polygon.hpp"
 
 namespace stereogrid::scenes {
 namespace {

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "render/rows.hpp"
+#include "render/render.hpp"
 #include "truth/truth.hpp"
 
 namespace stereogrid::scenes {

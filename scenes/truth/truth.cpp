@@ -6,8 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "render/rows.hpp"
-#include "world/polygon.hpp"
+#include "render/render.hpp"
 
 namespace stereogrid::scenes {
 namespace {

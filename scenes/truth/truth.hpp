@@ -2,11 +2,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "render/caster.hpp"
+#include <vector>
+
+#include "render/render.hpp"
+#include "stereogrid/frame.hpp"
 #include "stereogrid/truth.hpp"
 #include "world/world.hpp"
 
 namespace stereogrid::scenes {
+
+/// Corners counter-clockwise.
+using Polygon = std::vector<Point2>;
+
+/// The smallest convex polygon around some points.
+[[nodiscard]] Polygon convex_hull(std::vector<Point2> points);
+
+/// Area of the convex polygon within a rectangle.
+[[nodiscard]] double area_within(const Polygon& polygon, Point2 low, Point2 high);
 
 /// One instant of a world as the rig sees it. Everything referred to must outlive it.
 struct Moment {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "world/random.hpp"
+#include "world/numbers.hpp"
 
 namespace stereogrid::scenes {
 namespace {

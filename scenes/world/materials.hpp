@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "world/angle.hpp"
+#include "world/numbers.hpp"
 #include "world/shapes.hpp"
 
 namespace stereogrid::scenes {

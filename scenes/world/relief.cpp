@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <utility>
 
-#include "world/angle.hpp"
+#include "world/numbers.hpp"
 
 namespace stereogrid::scenes {
 namespace {

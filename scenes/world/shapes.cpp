@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "world/angle.hpp"
+#include "world/numbers.hpp"
 
 namespace stereogrid::scenes {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "world/random.hpp"
+#include "world/numbers.hpp"
 
 namespace stereogrid::scenes {
 

@@ -8,9 +8,8 @@
 
 #include "chain_run.hpp"
 #include "layouts/layouts.hpp"
-#include "render/caster.hpp"
 #include "render/render.hpp"
-#include "world/props.hpp"
+#include "world/world.hpp"
 
 namespace stereogrid::test {
 

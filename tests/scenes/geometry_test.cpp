@@ -5,9 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "world/angle.hpp"
-#include "world/polygon.hpp"
-#include "world/random.hpp"
+#include "truth/truth.hpp"
+#include "world/numbers.hpp"
 #include "world/shapes.hpp"
 #include "world/world.hpp"
 

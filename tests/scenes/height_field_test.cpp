@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "world/chassis.hpp"
-#include "world/random.hpp"
+#include "world/height_field.hpp"
+#include "world/numbers.hpp"
 #include "world/relief.hpp"
 
 namespace stereogrid::scenes {
