@@ -9,8 +9,8 @@
 #include <thread>
 #include <utility>
 
-#include "counters.hpp"
 #include "foxglove/hub.hpp"
+#include "foxglove/message_queue.hpp"
 #include "http/site.hpp"
 #include "net/network.hpp"
 #include "stereogrid/error.hpp"

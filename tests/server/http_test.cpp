@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 #include <sys/stat.h>
 
-#include "http/folder.hpp"
-#include "http/range.hpp"
+#include "http/message.hpp"
+#include "http/site.hpp"
 #include "stereogrid/error.hpp"
 #include "support.hpp"
 

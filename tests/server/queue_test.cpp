@@ -4,8 +4,6 @@
 
 #include <gmock/gmock.h>
 
-#include "foxglove/inbox.hpp"
-
 namespace stereogrid::server::testing {
 namespace {
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "stereogrid/server/parameter.hpp"
+#include "stereogrid/server/server.hpp"
 
 namespace stereogrid::app {
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "foxglove/parameter_store.hpp"
+#include "foxglove/hub.hpp"
 
 #include <algorithm>
 #include <cmath>

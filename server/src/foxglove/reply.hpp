@@ -39,4 +39,8 @@ using Graph = std::map<std::string, std::vector<std::string>>;
 [[nodiscard]] std::string message_head(SubscriptionId subscription, std::uint64_t stamp_ns);
 [[nodiscard]] std::string time_message(std::uint64_t stamp_ns);
 
+/// The first of ours in a header Sec-WebSocket-Protocol; none: the client uses another protocol. Both names stand for
+/// the same messages: older viewers know foxglove.websocket.v1 only, newer ones foxglove.sdk.v1 only.
+[[nodiscard]] std::optional<std::string> chosen_subprotocol(std::string_view header);
+
 }  // namespace stereogrid::server

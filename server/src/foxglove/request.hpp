@@ -9,8 +9,7 @@
 #include <variant>
 #include <vector>
 
-#include "stereogrid/server/channel.hpp"
-#include "stereogrid/server/parameter.hpp"
+#include "stereogrid/server/server.hpp"
 
 namespace stereogrid::server {
 

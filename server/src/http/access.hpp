@@ -7,8 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "http/request.hpp"
-#include "http/target.hpp"
+#include "http/message.hpp"
 
 namespace stereogrid::server {
 

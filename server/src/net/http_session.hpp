@@ -7,8 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "http/reply.hpp"
-#include "net/asio.hpp"
+#include "http/message.hpp"
 #include "net/session.hpp"
 
 namespace stereogrid::server {

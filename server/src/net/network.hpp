@@ -7,8 +7,8 @@
 #include <memory>
 #include <string>
 
-#include "counters.hpp"
 #include "foxglove/hub.hpp"
+#include "foxglove/message_queue.hpp"
 #include "http/site.hpp"
 
 namespace stereogrid::server {

@@ -2,18 +2,30 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/beast/core.hpp>
 #include <chrono>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <set>
+#include <string>
 
-#include "counters.hpp"
 #include "foxglove/hub.hpp"
+#include "foxglove/message_queue.hpp"
 #include "http/site.hpp"
-#include "net/asio.hpp"
 
 namespace stereogrid::server {
+
+namespace net = boost::asio;
+namespace beast = boost::beast;
+using Tcp = net::ip::tcp;
+using Error = beast::error_code;
+
+inline std::string text_of(beast::string_view text) {
+  return {text.data(), text.size()};
+}
 
 class Session;
 

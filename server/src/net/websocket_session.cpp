@@ -11,7 +11,7 @@
 #include <chrono>
 #include <utility>
 
-#include "foxglove/subprotocol.hpp"
+#include "foxglove/reply.hpp"
 
 namespace stereogrid::server {
 namespace {

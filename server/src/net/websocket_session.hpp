@@ -9,7 +9,6 @@
 #include <optional>
 #include <string>
 
-#include "net/asio.hpp"
 #include "net/session.hpp"
 
 namespace stereogrid::server {

@@ -4,9 +4,8 @@
 #include <array>
 #include <filesystem>
 
-#include "http/folder.hpp"
+#include "http/message.hpp"
 #include "http/site.hpp"
-#include "http/target.hpp"
 #include "targets.hpp"
 
 namespace stereogrid::fuzz {

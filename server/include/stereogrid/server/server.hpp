@@ -5,18 +5,51 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <variant>
 #include <vector>
 
 #include "stereogrid/export.hpp"
-#include "stereogrid/server/channel.hpp"
 #include "stereogrid/server/http.hpp"
-#include "stereogrid/server/parameter.hpp"
 
 namespace stereogrid::server {
+
+/// Identifier of a channel, as clients see it; never used twice by one server.
+using ChannelId = std::uint32_t;
+
+/// A stream of messages that clients can subscribe to.
+struct Channel {
+  std::string topic;
+  std::string encoding{"cdr"};  ///< encoding of its messages
+  std::string schema_name;      ///< such as nav_msgs/msg/OccupancyGrid
+  std::string schema;           ///< the definition as text, with those of the types within it
+  std::string schema_encoding{"ros2msg"};
+  /// The last message is kept, even without subscribers, and sent to a new subscriber at once.
+  bool latched{false};
+};
+
+using ParameterValue = std::variant<bool, std::int64_t, double, std::string, std::vector<bool>,
+                                    std::vector<std::int64_t>, std::vector<double>, std::vector<std::string>>;
+
+struct Parameter {
+  std::string name;
+  ParameterValue value;  ///< its type stays; numbers are finite
+};
+
+/// Parameters that clients can read and set.
+struct Parameters {
+  std::vector<Parameter> values;  ///< names are unique
+  /// Called for a client's new value, of the parameter's type. Returns the reason to reject it; none: it is accepted.
+  /// Runs on the server's thread, which serves no client meanwhile: it should be quick, and what it shares with other
+  /// threads is the owner's to guard. An exception counts as a refusal with its text. None at all: clients can only
+  /// read.
+  std::function<std::optional<std::string>(const Parameter&)> set;
+};
 
 /// Limits that no client can make the server exceed.
 struct Limits {
