@@ -3,7 +3,7 @@
 #include "sweeps.hpp"
 
 #include "stereogrid/error.hpp"
-#include "stereogrid/evaluation/lidar_grid.hpp"
+#include "stereogrid/evaluation/ray_fan.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::app {

@@ -6,9 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "level_points.hpp"
-#include "nearest_obstacle.hpp"
-#include "road_plane.hpp"
+#include "label_geometry.hpp"
 #include "stereogrid/evaluation/labels.hpp"
 
 namespace stereogrid::evaluation {

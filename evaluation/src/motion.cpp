@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "resampling.hpp"
+#include "ranking.hpp"
 #include "truth_cells.hpp"
 
 namespace stereogrid::evaluation {

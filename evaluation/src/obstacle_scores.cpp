@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "outlines.hpp"
-#include "resampling.hpp"
+#include "ranking.hpp"
 #include "stereogrid/evaluation/obstacles.hpp"
 
 namespace stereogrid::evaluation {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <random>
 #include <span>
 #include <vector>
 
@@ -43,5 +44,23 @@ using Kind = double GroupCounts::*;
 [[nodiscard]] double recall_at(std::span<const GroupCounts> groups, Kind positives, Kind negatives, double rate);
 
 [[nodiscard]] std::vector<RocPoint> roc_of(std::span<const GroupCounts> groups, Kind positives, Kind negatives);
+
+/// Draws frames with replacement in blocks of neighbours, since a frame is much like the one before it; the last frame
+/// is followed by the first (circular block bootstrap, Politis and Romano 1992). Blocks are √n frames long. The same
+/// draws on every machine.
+class BlockResampler {
+ public:
+  explicit BlockResampler(std::size_t frames);
+  /// Number of draws of each frame; whole blocks, so n draws or slightly more.
+  [[nodiscard]] const std::vector<int>& draw();
+
+ private:
+  std::size_t block_;
+  std::vector<int> times_;
+  std::mt19937_64 random_{20120901};
+};
+
+/// The value that `share` of the values are below, NaN left out; NaN where most are NaN.
+[[nodiscard]] double quantile(std::vector<double> values, double share);
 
 }  // namespace stereogrid::evaluation

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <string>
 
-#include "nearest_obstacle.hpp"
+#include "label_geometry.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/evaluation/labels.hpp"
 

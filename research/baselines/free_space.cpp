@@ -4,9 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "baselines/best_path.hpp"
 #include "baselines/columns.hpp"
-#include "baselines/median.hpp"
 
 namespace stereogrid::research {
 namespace {

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <vector>
 
-#include "baselines/best_path.hpp"
 #include "baselines/columns.hpp"
 
 namespace stereogrid::research {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "baselines/ray_casting.hpp"
+#include "baselines/baselines.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "baselines/columns.hpp"
-#include "baselines/median.hpp"
 
 namespace stereogrid::research {
 namespace {

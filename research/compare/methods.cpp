@@ -7,9 +7,9 @@
 #include <algorithm>
 #include <memory>
 
-#include "baselines/ray_casting.hpp"
+#include "baselines/baselines.hpp"
 #include "stereogrid/error.hpp"
-#include "stereogrid/evaluation/lidar_grid.hpp"
+#include "stereogrid/evaluation/ray_fan.hpp"
 
 namespace stereogrid::research {
 namespace {
@@ -100,6 +100,17 @@ std::vector<CompareMethod> compare_methods(const Config& config, bool with_lidar
   }
   std::erase_if(all, [&](const CompareMethod& m) { return std::find(only.begin(), only.end(), m.name) == only.end(); });
   return all;
+}
+
+OpencvStage::OpencvStage(const std::string& name, int disparities) : disparities_{disparities} {
+  if (name == "opencv-bm") matcher_ = io::OpencvMatcher::block;
+  if (name == "opencv-sgbm") matcher_ = io::OpencvMatcher::semi_global;
+}
+
+void OpencvStage::match(StereoFrame& frame) const {
+  if (!matcher_) return;
+  frame.disparity = io::match_with_opencv(*matcher_, frame.left, frame.right, disparities_);
+  frame.right = {};
 }
 
 }  // namespace stereogrid::research

@@ -9,6 +9,8 @@
 
 #include "baselines/baselines.hpp"
 #include "stereogrid/evaluation/labels.hpp"
+#include "stereogrid/frame.hpp"
+#include "stereogrid/io/opencv_matcher.hpp"
 #include "stereogrid/pipeline.hpp"
 
 namespace stereogrid::research {
@@ -37,5 +39,19 @@ struct CompareMethod {
 /// ConfigError for an unknown name.
 [[nodiscard]] std::vector<CompareMethod> compare_methods(const Config& config, bool with_lidar,
                                                          const std::vector<std::string>& only);
+
+/// Matches with OpenCV before the pipeline does.
+class OpencvStage {
+ public:
+  /// `name`: "own" (nothing to do), "opencv-bm" or "opencv-sgbm".
+  OpencvStage(const std::string& name, int disparities);
+
+  /// Replaces the frame's right image by OpenCV's disparities.
+  void match(StereoFrame& frame) const;
+
+ private:
+  std::optional<io::OpencvMatcher> matcher_;
+  int disparities_;
+};
 
 }  // namespace stereogrid::research

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/picture.hpp"
+#include "compare/compare.hpp"
 
 #include <algorithm>
 #include <cstring>

@@ -5,7 +5,6 @@
 
 #include <numeric>
 
-#include "stereogrid/evaluation/lidar_grid.hpp"
 #include "stereogrid/evaluation/ray_fan.hpp"
 #include "support.hpp"
 

@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "baselines/best_path.hpp"
-#include "baselines/ray_casting.hpp"
+#include "baselines/baselines.hpp"
+#include "baselines/columns.hpp"
 #include "baselines_scene.hpp"
 
 namespace stereogrid::research::testing {

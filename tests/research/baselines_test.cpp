@@ -8,7 +8,6 @@
 #include <functional>
 #include <string>
 
-#include "baselines/ray_casting.hpp"
 #include "baselines_scene.hpp"
 
 namespace stereogrid::research::testing {
