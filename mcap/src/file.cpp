@@ -13,7 +13,7 @@
 #include <system_error>
 #include <utility>
 
-#include "crc.hpp"
+#include "compression.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"

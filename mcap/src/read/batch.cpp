@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "compression.hpp"
-#include "crc.hpp"
 
 namespace stereogrid::mcap {
 namespace {

@@ -11,7 +11,6 @@
 
 #include "merge.hpp"
 #include "read/scanner.hpp"
-#include "read/summary_section.hpp"
 #include "stereogrid/error.hpp"
 
 namespace stereogrid::mcap {

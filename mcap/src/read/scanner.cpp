@@ -7,8 +7,7 @@
 #include <algorithm>
 #include <set>
 
-#include "crc.hpp"
-#include "read/summary_section.hpp"
+#include "compression.hpp"
 
 namespace stereogrid::mcap {
 namespace {

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "read/summary_section.hpp"
+#include "read/scanner.hpp"
 
 #include <algorithm>
 #include <optional>
 
-#include "crc.hpp"
+#include "compression.hpp"
 #include "stereogrid/error.hpp"
 
 namespace stereogrid::mcap {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "write/open_chunk.hpp"
 
-#include "crc.hpp"
+#include "compression.hpp"
 
 namespace stereogrid::mcap {
 

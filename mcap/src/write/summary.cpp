@@ -4,7 +4,7 @@
 
 #include <numeric>
 
-#include "crc.hpp"
+#include "compression.hpp"
 
 namespace stereogrid::mcap {
 
