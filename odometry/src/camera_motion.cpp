@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "camera_motion.hpp"
+#include "landmarks.hpp"
 
 #include <opencv2/calib3d.hpp>
 

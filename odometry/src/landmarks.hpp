@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <opencv2/core.hpp>
 #include <opencv2/core/affine.hpp>
+#include <optional>
 #include <vector>
 
 #include "stereogrid/frame.hpp"
@@ -44,5 +46,17 @@ struct Tracks {
   const cv::Vec3d p{camera_from_points * cv::Vec3d{point.x, point.y, point.z}};
   return {rig.cx_px + rig.focal_px * p[0] / p[2], rig.cy_px + rig.focal_px * p[1] / p[2]};
 }
+
+/// A motion that enough landmarks agree on.
+struct MotionFit {
+  cv::Affine3d now_from_reference;
+  std::vector<int> inliers;  ///< places in the tracks
+};
+
+/// Motion of the camera. `expected`: by constant motion; none: unknown. If the majority's motion is not `plausible`,
+/// the points near the expected motion decide. None: too few agree.
+[[nodiscard]] std::optional<MotionFit> fit_motion(const Landmarks& landmarks, const Tracks& tracks,
+                                                  const std::optional<cv::Affine3d>& expected, const Rig& rig,
+                                                  const std::function<bool(const cv::Affine3d&)>& plausible);
 
 }  // namespace stereogrid

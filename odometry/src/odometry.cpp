@@ -8,7 +8,6 @@
 #include <numeric>
 #include <set>
 
-#include "camera_motion.hpp"
 #include "landmarks.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/opencv.hpp"
