@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "bytes_type.hpp"
+#include "participant.hpp"
 
 #include <dds/ddsi/q_radmin.h>
 

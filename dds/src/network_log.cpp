@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "network_log.hpp"
+#include "network_node.hpp"
 
 #include <dds/ddsrt/log.h>
 

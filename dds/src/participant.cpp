@@ -8,8 +8,6 @@
 #include <memory>
 #include <string_view>
 
-#include "bytes_type.hpp"
-
 namespace stereogrid::dds {
 namespace {
 

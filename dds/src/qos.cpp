@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "qos.hpp"
+#include "participant.hpp"
 
 #include <new>
 
-#include "type_hashes.hpp"
+#include "names.hpp"
 
 namespace stereogrid::dds {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "subscriptions.hpp"
+#include "network_node.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,8 +8,8 @@
 #include <span>
 #include <utility>
 
-#include "bytes_type.hpp"
-#include "type_hashes.hpp"
+#include "names.hpp"
+#include "participant.hpp"
 
 namespace stereogrid::dds {
 namespace {

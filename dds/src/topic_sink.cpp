@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "topic_sink.hpp"
+#include "network_node.hpp"
 
 #include <algorithm>
 
-#include "bytes_type.hpp"
+#include "participant.hpp"
 
 namespace stereogrid::dds {
 namespace {

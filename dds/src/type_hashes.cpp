@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "type_hashes.hpp"
+#include "names.hpp"
 
 #include <openssl/evp.h>
 
@@ -12,10 +12,9 @@
 
 #include "stereogrid/error.hpp"
 #include "stereogrid/messages/definition.hpp"
+#include "stereogrid/messages/geometry_msgs.hpp"
 #include "stereogrid/messages/nav_msgs.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"
-#include "stereogrid/messages/stereo_msgs.hpp"
-#include "stereogrid/messages/tf2_msgs.hpp"
 
 namespace stereogrid::dds {
 namespace {

@@ -8,7 +8,6 @@
 #include "stereogrid/io/ros_image.hpp"
 #include "stereogrid/messages/cdr.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"
-#include "stereogrid/messages/stereo_msgs.hpp"
 
 namespace stereogrid::rosbag {
 namespace {

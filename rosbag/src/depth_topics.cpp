@@ -12,7 +12,6 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"
-#include "stereogrid/messages/stereo_msgs.hpp"
 #include "topic_names.hpp"
 
 namespace stereogrid::rosbag {

@@ -13,8 +13,8 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/messages/cdr.hpp"
+#include "stereogrid/messages/geometry_msgs.hpp"
 #include "stereogrid/messages/nav_msgs.hpp"
-#include "stereogrid/messages/tf2_msgs.hpp"
 #include "stereogrid/rosbag/decode.hpp"
 #include "stereogrid/rosbag/topics.hpp"
 

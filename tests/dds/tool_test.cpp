@@ -8,7 +8,7 @@
 
 #include "stereogrid/messages/cdr.hpp"
 #include "stereogrid/messages/definition.hpp"
-#include "stereogrid/messages/tf2_msgs.hpp"
+#include "stereogrid/messages/geometry_msgs.hpp"
 #include "support.hpp"
 
 namespace stereogrid::dds::testing {

@@ -9,7 +9,6 @@
 
 #include "stereogrid/error.hpp"
 #include "stereogrid/messages/foxglove_msgs.hpp"
-#include "stereogrid/messages/grid_map_msgs.hpp"
 #include "stereogrid/messages/nav_msgs.hpp"
 #include "stereogrid/occupancy_values.hpp"
 #include "support.hpp"

@@ -8,7 +8,6 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/level_mapping.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"
-#include "stereogrid/messages/stereo_msgs.hpp"
 #include "stereogrid/points.hpp"
 #include "support.hpp"
 

@@ -8,9 +8,9 @@
 #include <numbers>
 
 #include "stereogrid/level_mapping.hpp"
+#include "stereogrid/messages/geometry_msgs.hpp"
 #include "stereogrid/messages/nav_msgs.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"
-#include "stereogrid/messages/tf2_msgs.hpp"
 #include "support.hpp"
 
 namespace stereogrid::messages::test {

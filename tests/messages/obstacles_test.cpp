@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "stereogrid/messages/definition.hpp"
-#include "stereogrid/messages/nav2_dynamic_msgs.hpp"
+#include "stereogrid/messages/nav_msgs.hpp"
 #include "stereogrid/messages/vision_msgs.hpp"
 #include "stereogrid/messages/visualization_msgs.hpp"
 #include "support.hpp"

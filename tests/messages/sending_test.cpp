@@ -9,11 +9,10 @@
 #include <string>
 
 #include "stereogrid/error.hpp"
-#include "stereogrid/messages/diagnostic_msgs.hpp"
-#include "stereogrid/messages/nav2_dynamic_msgs.hpp"
 #include "stereogrid/messages/nav_msgs.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"
-#include "stereogrid/messages/tee.hpp"
+#include "stereogrid/messages/sink.hpp"
+#include "stereogrid/messages/std_msgs.hpp"
 #include "stereogrid/pipeline.hpp"
 #include "stereogrid/scenes/scene.hpp"
 #include "support.hpp"

@@ -4,14 +4,11 @@
 
 #include <tuple>
 
-#include "stereogrid/messages/diagnostic_msgs.hpp"
 #include "stereogrid/messages/foxglove_msgs.hpp"
-#include "stereogrid/messages/grid_map_msgs.hpp"
-#include "stereogrid/messages/nav2_dynamic_msgs.hpp"
+#include "stereogrid/messages/geometry_msgs.hpp"
 #include "stereogrid/messages/nav_msgs.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"
-#include "stereogrid/messages/stereo_msgs.hpp"
-#include "stereogrid/messages/tf2_msgs.hpp"
+#include "stereogrid/messages/std_msgs.hpp"
 #include "stereogrid/messages/vision_msgs.hpp"
 #include "stereogrid/messages/visualization_msgs.hpp"
 

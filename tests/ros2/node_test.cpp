@@ -9,7 +9,7 @@
 #include "node_support.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/messages/cdr.hpp"
-#include "stereogrid/messages/tf2_msgs.hpp"
+#include "stereogrid/messages/geometry_msgs.hpp"
 
 namespace stereogrid_ros::testing {
 namespace {

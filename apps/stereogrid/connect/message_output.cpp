@@ -17,7 +17,6 @@
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/mcap/writer.hpp"
 #include "stereogrid/messages/sink.hpp"
-#include "stereogrid/messages/tee.hpp"
 #include "stereogrid/server/server.hpp"
 
 namespace stereogrid::app {

@@ -15,7 +15,7 @@
 #include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/messages/cdr.hpp"
-#include "stereogrid/messages/tf2_msgs.hpp"
+#include "stereogrid/messages/geometry_msgs.hpp"
 #include "stereogrid/pipeline.hpp"
 
 namespace stereogrid::app {

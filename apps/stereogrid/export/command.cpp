@@ -21,7 +21,7 @@
 #include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/run_folder/run_reader.hpp"
 #include "stereogrid/io/text.hpp"
-#include "stereogrid/messages/laser_scan.hpp"
+#include "stereogrid/messages/frame_messages.hpp"
 
 namespace stereogrid::app {
 namespace {

@@ -21,7 +21,7 @@
 #include "stereogrid/mcap/bag.hpp"
 #include "stereogrid/messages/cdr.hpp"
 #include "stereogrid/messages/std_msgs.hpp"
-#include "stereogrid/messages/tf2_msgs.hpp"
+#include "stereogrid/messages/geometry_msgs.hpp"
 
 namespace stereogrid::app {
 namespace {

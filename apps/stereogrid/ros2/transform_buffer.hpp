@@ -16,7 +16,7 @@
 #include "stereogrid/camera.hpp"
 #include "stereogrid/frame.hpp"
 #include "stereogrid/io/poses.hpp"
-#include "stereogrid/messages/tf2_msgs.hpp"
+#include "stereogrid/messages/geometry_msgs.hpp"
 
 namespace stereogrid::app {
 

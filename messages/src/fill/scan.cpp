@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "stereogrid/messages/laser_scan.hpp"
+#include "stereogrid/messages/frame_messages.hpp"
 
 #include <algorithm>
 #include <cmath>

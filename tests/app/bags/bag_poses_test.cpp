@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "bag_drive.hpp"
+#include "stereogrid/messages/geometry_msgs.hpp"
 #include "stereogrid/messages/nav_msgs.hpp"
-#include "stereogrid/messages/tf2_msgs.hpp"
 
 namespace stereogrid::app::testing {
 namespace {

@@ -8,8 +8,8 @@
 
 #include "bag_drive.hpp"
 #include "stereogrid/io/poses.hpp"
+#include "stereogrid/messages/geometry_msgs.hpp"
 #include "stereogrid/messages/nav_msgs.hpp"
-#include "stereogrid/messages/tf2_msgs.hpp"
 
 namespace stereogrid::app::testing {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "bag_drive.hpp"
 #include "stereogrid/io/calibration.hpp"
-#include "stereogrid/messages/stereo_msgs.hpp"
+#include "stereogrid/messages/sensor_msgs.hpp"
 
 namespace stereogrid::app::testing {
 

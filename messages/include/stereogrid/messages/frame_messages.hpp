@@ -13,6 +13,9 @@
 
 #include "stereogrid/camera.hpp"
 #include "stereogrid/export.hpp"
+#include "stereogrid/grid.hpp"
+#include "stereogrid/image.hpp"
+#include "stereogrid/messages/sensor_msgs.hpp"
 #include "stereogrid/messages/sink.hpp"
 #include "stereogrid/occupancy_values.hpp"
 #include "stereogrid/result.hpp"
@@ -77,5 +80,12 @@ class STEREOGRID_EXPORT FrameMessages {
   struct STEREOGRID_HIDDEN Implementation;
   std::unique_ptr<Implementation> implementation_;
 };
+
+/// Nearest obstacle at each bearing in the camera's field of view, relative to the origin of the vehicle frame
+/// (docs/messages.md, topic `scan`). Writes all fields but the header; reuses the message's memory.
+///
+/// `geometry`: in the vehicle frame; `occupancy` has its size. `rig`: Pipeline::rig().
+STEREOGRID_EXPORT void fill(sensor_msgs::LaserScan& message, const Rig& rig, const GridGeometry& geometry,
+                            View<const float> occupancy);
 
 }  // namespace stereogrid::messages

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <string>
+#include <vector>
 
 #include "stereogrid/messages/std_msgs.hpp"
 
@@ -80,3 +81,13 @@ struct TransformStamped {
 };
 
 }  // namespace stereogrid::messages::geometry_msgs
+
+namespace stereogrid::messages::tf2_msgs {
+
+struct TFMessage {
+  STEREOGRID_MESSAGE("tf2_msgs/msg/TFMessage", transforms);
+
+  std::vector<geometry_msgs::TransformStamped> transforms;
+};
+
+}  // namespace stereogrid::messages::tf2_msgs

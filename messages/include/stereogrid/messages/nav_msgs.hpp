@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+// Types of the packages nav_msgs, grid_map_msgs and nav2_dynamic_msgs.
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -39,3 +41,55 @@ struct Odometry {
 };
 
 }  // namespace stereogrid::messages::nav_msgs
+
+// As in ROS 2; in ROS 1 the header is part of the info.
+namespace stereogrid::messages::grid_map_msgs {
+
+struct GridMapInfo {
+  STEREOGRID_MESSAGE("grid_map_msgs/msg/GridMapInfo", resolution, length_x, length_y, pose);
+
+  double resolution{0};      ///< m
+  double length_x{0};        ///< m
+  double length_y{0};        ///< m
+  geometry_msgs::Pose pose;  ///< pose of the map's middle
+};
+
+struct GridMap {
+  STEREOGRID_MESSAGE("grid_map_msgs/msg/GridMap", header, info, layers, basic_layers, data, outer_start_index,
+                     inner_start_index);
+
+  std_msgs::Header header;
+  GridMapInfo info;
+  std::vector<std::string> layers;
+  std::vector<std::string> basic_layers;          ///< cells without a number in one of them have no data
+  std::vector<std_msgs::Float32MultiArray> data;  ///< by layer; column-major from the corner of the largest x and y
+  std::uint16_t outer_start_index{0};
+  std::uint16_t inner_start_index{0};
+};
+
+}  // namespace stereogrid::messages::grid_map_msgs
+
+namespace stereogrid::messages::nav2_dynamic_msgs {
+
+/// Layout since 2024, with covariances.
+struct Obstacle {
+  STEREOGRID_MESSAGE("nav2_dynamic_msgs/msg/Obstacle", uuid, score, position, velocity, size, position_covariance,
+                     velocity_covariance);
+
+  unique_identifier_msgs::UUID uuid;
+  float score{0};
+  geometry_msgs::Point position;                ///< m, centre
+  geometry_msgs::Vector3 velocity;              ///< m/s
+  geometry_msgs::Vector3 size;                  ///< m, along the axes of the header's frame
+  std::array<double, 9> position_covariance{};  ///< m², row-major, axes of the header's frame
+  std::array<double, 9> velocity_covariance{};  ///< m²/s²
+};
+
+struct ObstacleArray {
+  STEREOGRID_MESSAGE("nav2_dynamic_msgs/msg/ObstacleArray", header, obstacles);
+
+  std_msgs::Header header;
+  std::vector<Obstacle> obstacles;
+};
+
+}  // namespace stereogrid::messages::nav2_dynamic_msgs

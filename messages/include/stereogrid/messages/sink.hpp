@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "stereogrid/export.hpp"
 
@@ -35,6 +36,20 @@ class STEREOGRID_EXPORT Sink {
   [[nodiscard]] virtual bool wants(std::uint32_t channel) const = 0;
   /// `cdr`: valid during the call only.
   virtual void send(std::uint32_t channel, std::int64_t stamp_ns, std::span<const std::byte> cdr) = 0;
+};
+
+/// Several publishers as one: messages are encoded once. The publishers must outlive it.
+class STEREOGRID_EXPORT Tee final : public Sink {
+ public:
+  explicit Tee(std::vector<Sink*> sinks);
+
+  std::uint32_t add(const Channel& channel) override;
+  [[nodiscard]] bool wants(std::uint32_t channel) const override;
+  void send(std::uint32_t channel, std::int64_t stamp_ns, std::span<const std::byte> cdr) override;
+
+ private:
+  std::vector<Sink*> sinks_;
+  std::vector<std::vector<std::uint32_t>> channels_;  // by channel: its number at each publisher
 };
 
 }  // namespace stereogrid::messages

@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Types of the packages builtin_interfaces, std_msgs and unique_identifier_msgs.
+// Types of the packages builtin_interfaces, std_msgs, unique_identifier_msgs and diagnostic_msgs.
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -81,3 +82,31 @@ struct UUID {
 };
 
 }  // namespace stereogrid::messages::unique_identifier_msgs
+
+namespace stereogrid::messages::diagnostic_msgs {
+
+struct KeyValue {
+  STEREOGRID_MESSAGE("diagnostic_msgs/msg/KeyValue", key, value);
+
+  std::string key;
+  std::string value;
+};
+
+struct DiagnosticStatus {
+  STEREOGRID_MESSAGE("diagnostic_msgs/msg/DiagnosticStatus", level, name, message, hardware_id, values);
+
+  std::byte level{0};  ///< 0: fine, 1: warning, 2: error, 3: stale
+  std::string name;
+  std::string message;
+  std::string hardware_id;
+  std::vector<KeyValue> values;
+};
+
+struct DiagnosticArray {
+  STEREOGRID_MESSAGE("diagnostic_msgs/msg/DiagnosticArray", header, status);
+
+  std_msgs::Header header;
+  std::vector<DiagnosticStatus> status;
+};
+
+}  // namespace stereogrid::messages::diagnostic_msgs
