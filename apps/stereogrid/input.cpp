@@ -14,8 +14,8 @@
 
 #include "device_options.hpp"
 #include "stereogrid/error.hpp"
-#include "stereogrid/io/mask.hpp"
 #include "stereogrid/io/recording.hpp"
+#include "stereogrid/io/rectifier.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/rosbag/recording.hpp"
 #include "stereogrid/scenes/scene.hpp"

@@ -12,7 +12,6 @@
 #include "stereogrid/capture/latest.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/rectifier.hpp"
-#include "unix_time.hpp"
 
 namespace stereogrid::capture {
 namespace {

@@ -3,15 +3,32 @@
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <cstdint>
 #include <deque>
 #include <optional>
 #include <string>
 
 #include "stereogrid/capture/camera_pair.hpp"
+#include "stereogrid/capture/live_source.hpp"
 #include "stereogrid/io/recording.hpp"
 
 namespace stereogrid::capture {
+
+/// Turns this process's clock into Unix time; by the same offset always, so that a clock that is set does not reorder
+/// frames.
+class UnixTime {
+ public:
+  [[nodiscard]] std::int64_t ns(Clock::time_point instant) const { return offset_ns_ + nanoseconds(instant); }
+
+ private:
+  template <class T>
+  static std::int64_t nanoseconds(T instant) {
+    return std::chrono::duration_cast<std::chrono::nanoseconds>(instant.time_since_epoch()).count();
+  }
+
+  std::int64_t offset_ns_{nanoseconds(std::chrono::system_clock::now()) - nanoseconds(Clock::now())};
+};
 
 struct CapturedPair {
   io::ImagePair images;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "stereogrid/capture/replay.hpp"
+#include "stereogrid/capture/live_source.hpp"
 
 #include <fmt/format.h>
 
@@ -13,10 +13,10 @@
 #include <thread>
 #include <utility>
 
+#include "pairing.hpp"
 #include "stereogrid/capture/latest.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/frame_queue.hpp"
-#include "unix_time.hpp"
 
 namespace stereogrid::capture {
 namespace {

@@ -17,7 +17,7 @@
 #include "stereogrid/frame.hpp"
 #include "stereogrid/grid.hpp"
 #include "stereogrid/io/calibration.hpp"
-#include "stereogrid/io/mask.hpp"
+#include "stereogrid/io/rectifier.hpp"
 
 namespace stereogrid::python {
 namespace {

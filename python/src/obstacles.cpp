@@ -13,7 +13,7 @@
 #include <type_traits>
 
 #include "bindings.hpp"
-#include "stereogrid/io/run_folder/obstacle_fields.hpp"
+#include "stereogrid/io/run_folder/frame_lines.hpp"
 
 namespace stereogrid::python {
 namespace {

@@ -21,8 +21,8 @@
 #include "geometry.hpp"
 #include "released_gil.hpp"
 #include "stereogrid/error.hpp"
-#include "stereogrid/io/run_folder/frame_files.hpp"
-#include "stereogrid/io/run_folder/stages.hpp"
+#include "stereogrid/io/run_folder/frame_lines.hpp"
+#include "stereogrid/io/run_folder/run_record.hpp"
 #include "stereogrid/occupancy_values.hpp"
 
 namespace stereogrid::python {

@@ -19,7 +19,6 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/run_folder/checkpoint.hpp"
-#include "stereogrid/io/run_folder/frame_files.hpp"
 #include "stereogrid/io/run_folder/frame_lines.hpp"
 #include "stereogrid/io/run_folder/run_record.hpp"
 #include "sweeps.hpp"

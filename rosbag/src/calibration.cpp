@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "camera_infos.hpp"
+#include "search.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/text.hpp"

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "camera_infos.hpp"
+#include "search.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/rosbag/decode.hpp"
 

@@ -9,10 +9,10 @@
 #include <string_view>
 #include <tuple>
 
+#include "search.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"
-#include "topic_names.hpp"
 
 namespace stereogrid::rosbag {
 namespace {

@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "images.hpp"
+#include "search.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"
@@ -19,7 +20,6 @@
 #include "stereogrid/rosbag/calibration.hpp"
 #include "stereogrid/rosbag/decode.hpp"
 #include "stereogrid/rosbag/poses.hpp"
-#include "topic_names.hpp"
 
 namespace stereogrid::rosbag {
 namespace {

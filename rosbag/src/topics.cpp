@@ -12,10 +12,10 @@
 #include <tuple>
 #include <utility>
 
+#include "search.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"
-#include "topic_names.hpp"
 
 namespace stereogrid::rosbag {
 namespace {

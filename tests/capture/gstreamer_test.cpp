@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "stereogrid/capture/gstreamer.hpp"
+#include "stereogrid/capture/camera_pair.hpp"
 
 #include "stereogrid/error.hpp"
 #include "support.hpp"

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "stereogrid/capture/replay.hpp"
+#include "stereogrid/capture/live_source.hpp"
 
 #include <thread>
 

@@ -10,13 +10,11 @@
 #include "recordings.hpp"
 #include "stereogrid/io/calibration.hpp"
 #include "stereogrid/io/config_file.hpp"
-#include "stereogrid/io/disparity_file.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/npz.hpp"
 #include "stereogrid/io/poses.hpp"
 #include "stereogrid/io/recording.hpp"
-#include "stereogrid/io/scan.hpp"
 
 // Malicious files, and some accidental ones.
 namespace stereogrid::io::testing {

@@ -3,7 +3,6 @@
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/npz.hpp"
 #include "stereogrid/io/run_folder/checkpoint.hpp"
-#include "stereogrid/io/run_folder/frame_files.hpp"
 #include "stereogrid/io/run_folder/frame_lines.hpp"
 #include "stereogrid/io/run_folder/run_reader.hpp"
 #include "stereogrid/io/run_folder/run_record.hpp"

@@ -19,10 +19,10 @@
 #include <thread>
 #include <vector>
 
+#include "settings.hpp"
 #include "stereo_grid_node.hpp"
 #include "stereogrid/messages/frame_messages.hpp"
 #include "stereogrid/scenes/scene.hpp"
-#include "translate.hpp"
 
 namespace stereogrid_ros::testing {
 

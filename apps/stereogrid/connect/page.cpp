@@ -12,7 +12,7 @@
 
 #include "cli/program.hpp"
 #include "stereogrid/error.hpp"
-#include "stereogrid/io/run_folder/stages.hpp"
+#include "stereogrid/io/run_folder/frame_lines.hpp"
 #include "stereogrid/server/metrics.hpp"
 
 namespace stereogrid::app {

@@ -9,11 +9,11 @@
 #include <chrono>
 #include <filesystem>
 
-#include "stereogrid/capture/gstreamer.hpp"
-#include "stereogrid/capture/replay.hpp"
+#include "stereogrid/capture/camera_pair.hpp"
+#include "stereogrid/capture/live_source.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/calibration.hpp"
-#include "stereogrid/io/mask.hpp"
+#include "stereogrid/io/rectifier.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::app {

@@ -16,7 +16,7 @@
 #include "ros2/transform_buffer.hpp"
 #include "stereogrid/dds/node.hpp"
 #include "stereogrid/error.hpp"
-#include "stereogrid/io/mask.hpp"
+#include "stereogrid/io/rectifier.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/mcap/bag.hpp"
 #include "stereogrid/messages/cdr.hpp"

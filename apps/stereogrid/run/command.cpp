@@ -10,7 +10,7 @@
 #include "cli/program.hpp"
 #include "run/run.hpp"
 #include "stereogrid/error.hpp"
-#include "stereogrid/io/run_folder/frame_files.hpp"
+#include "stereogrid/io/run_folder/run_record.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::app {

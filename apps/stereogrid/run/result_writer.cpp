@@ -26,8 +26,8 @@
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/run_folder/description.hpp"
-#include "stereogrid/io/run_folder/frame_files.hpp"
 #include "stereogrid/io/run_folder/frame_lines.hpp"
+#include "stereogrid/io/run_folder/run_record.hpp"
 
 namespace stereogrid::app {
 namespace {

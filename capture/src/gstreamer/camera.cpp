@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "gstreamer/pipeline.hpp"
-#include "stereogrid/capture/gstreamer.hpp"
+#include "stereogrid/capture/camera_pair.hpp"
 #include "stereogrid/error.hpp"
 
 namespace stereogrid::capture {

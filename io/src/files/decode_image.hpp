@@ -7,6 +7,8 @@
 #include <string>
 #include <string_view>
 
+#include "stereogrid/io/ros_image.hpp"
+
 namespace stereogrid::io {
 
 /// Decodes a PNG, JPEG, PNM, BMP, WebP or TIFF, recognised by its first bytes, into 8 or 16 bits of one or three
@@ -28,5 +30,14 @@ void check_size(const std::string& file, std::uint64_t width, std::uint64_t heig
 [[noreturn]] void fail_damaged(const std::string& file, const std::string& what = "cannot be decoded, it is damaged.");
 /// For kinds within a format that no camera records.
 [[noreturn]] void fail_unsupported(const std::string& file, const std::string& what);
+
+constexpr std::string_view png_signature{"\x89PNG\r\n\x1a\n", 8};
+
+/// `image`: 8 or 16 bits of one or three channels (B G R).
+[[nodiscard]] std::string encode_png(const cv::Mat& image);
+
+/// Pixels in the machine's byte order: of the message, or swapped copies. Throws InputError where the message is
+/// smaller than it says.
+[[nodiscard]] cv::Mat ros_pixels(const RosImage& image, int type, const std::string& name);
 
 }  // namespace stereogrid::io

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "stereogrid/io/disparity_file.hpp"
+#include "stereogrid/io/image_file.hpp"
 
 #include <fmt/format.h>
 
@@ -17,7 +17,6 @@
 #include "files/decode_image.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
-#include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/npz.hpp"
 #include "stereogrid/io/text.hpp"
 

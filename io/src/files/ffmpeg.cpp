@@ -10,7 +10,7 @@
 
 #include <utility>
 
-#include "files/file_descriptor.hpp"
+#include "files/file_access.hpp"
 #include "stereogrid/error.hpp"
 
 namespace stereogrid::io {

@@ -10,7 +10,6 @@
 #include <string_view>
 
 #include "files/decode_image.hpp"
-#include "files/png.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/opencv.hpp"

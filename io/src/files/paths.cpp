@@ -11,8 +11,7 @@
 #include <cerrno>
 #include <system_error>
 
-#include "files/file_descriptor.hpp"
-#include "files/unavailable.hpp"
+#include "files/file_access.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/text.hpp"
 

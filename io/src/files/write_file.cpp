@@ -10,7 +10,7 @@
 #include <functional>
 #include <optional>
 
-#include "files/file_descriptor.hpp"
+#include "files/file_access.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/text.hpp"

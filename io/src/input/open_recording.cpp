@@ -5,18 +5,15 @@
 #include <algorithm>
 #include <iterator>
 
-#include "input/calibration/calibration_files.hpp"
+#include "input/calibration/calibration_forms.hpp"
 #include "input/layout/input_layout.hpp"
-#include "input/layout/stacked_images.hpp"
 #include "input/poses/recording_poses.hpp"
-#include "input/poses/recording_stamps.hpp"
 #include "input/recording_images.hpp"
-#include "input/video_store.hpp"
 #include "stereogrid/error.hpp"
-#include "stereogrid/io/mask.hpp"
 #include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/poses.hpp"
 #include "stereogrid/io/recording.hpp"
+#include "stereogrid/io/rectifier.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {

@@ -6,7 +6,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "input/truth/truth_layout.hpp"
+#include "input/layout/input_layout.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/calibration.hpp"
 #include "stereogrid/io/file.hpp"

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <map>
 
-#include "files/unavailable.hpp"
+#include "files/file_access.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/paths.hpp"

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "input/video_files.hpp"
+#include "input/recording_images.hpp"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "input/video_store.hpp"
+#include "input/recording_images.hpp"
 
 #include <fmt/format.h>
 
@@ -18,8 +18,6 @@
 
 #include "files/decode_image.hpp"
 #include "input/layout/side_names.hpp"
-#include "input/layout/stacked_images.hpp"
-#include "input/video_files.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/ffmpeg.hpp"
 #include "stereogrid/io/paths.hpp"

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "stereogrid/io/run_folder/frame_files.hpp"
+#include "stereogrid/io/run_folder/run_record.hpp"
 
 #include <algorithm>
 #include <array>

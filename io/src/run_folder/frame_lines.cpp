@@ -18,8 +18,6 @@
 #include "stereogrid/io/json_text.hpp"
 #include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/poses.hpp"
-#include "stereogrid/io/run_folder/obstacle_fields.hpp"
-#include "stereogrid/io/run_folder/stages.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {

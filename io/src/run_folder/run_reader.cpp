@@ -16,7 +16,7 @@
 #include "stereogrid/io/json_text.hpp"
 #include "stereogrid/io/npz.hpp"
 #include "stereogrid/io/paths.hpp"
-#include "stereogrid/io/run_folder/frame_files.hpp"
+#include "stereogrid/io/run_folder/run_record.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {

@@ -17,7 +17,7 @@
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/json_text.hpp"
 #include "stereogrid/io/paths.hpp"
-#include "stereogrid/io/run_folder/stages.hpp"
+#include "stereogrid/io/run_folder/frame_lines.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "vision/rectification.hpp"
+#include "input/calibration/raw_pair.hpp"
 
 #include <algorithm>
 #include <cmath>

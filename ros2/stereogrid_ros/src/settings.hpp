@@ -3,10 +3,15 @@
 #pragma once
 
 #include <chrono>
+#include <geometry_msgs/msg/transform.hpp>
 #include <rclcpp_lifecycle/lifecycle_node.hpp>
+#include <sensor_msgs/msg/camera_info.hpp>
 #include <string>
 
+#include "stereogrid/camera.hpp"
 #include "stereogrid/config.hpp"
+#include "stereogrid/frame.hpp"
+#include "stereogrid/io/calibration.hpp"
 #include "stereogrid/messages/frame_messages.hpp"
 #include "stereogrid/pipeline.hpp"
 
@@ -32,5 +37,16 @@ struct Settings {
 /// Declares each parameter of stereogrid::Config as "group.name" with its range and description, and the node's own
 /// ones. Throws stereogrid::ConfigError: all invalid values.
 [[nodiscard]] Settings declare_settings(rclcpp_lifecycle::LifecycleNode& node);
+
+/// Throws stereogrid::InputError: binning, or a region of interest.
+[[nodiscard]] stereogrid::io::RosCamera camera_of(const sensor_msgs::msg::CameraInfo& info, const std::string& name);
+
+/// Position and heading of the camera on the ground. Throws stereogrid::InputError: a quaternion whose length differs
+/// from 1 by more than 1 %.
+[[nodiscard]] stereogrid::Pose2 pose_of(const geometry_msgs::msg::Transform& world_from_camera);
+
+/// Sets the extrinsics of `rig`. Throws stereogrid::InputError: the camera is not above z = 0 of the base frame, or
+/// points straight up or down; a quaternion whose length differs from 1 by more than 1 %.
+void set_extrinsics(stereogrid::Rig& rig, const geometry_msgs::msg::Transform& base_from_camera);
 
 }  // namespace stereogrid_ros

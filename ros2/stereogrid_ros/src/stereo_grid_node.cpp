@@ -9,9 +9,9 @@
 #include <rclcpp_components/register_node_macro.hpp>
 #include <utility>
 
+#include "settings.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/pipeline.hpp"
-#include "translate.hpp"
 
 namespace stereogrid_ros {
 namespace {

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <utility>
 
+#include "settings.hpp"
 #include "stereo_grid_node.hpp"
 #include "stereogrid/error.hpp"
-#include "translate.hpp"
 
 namespace stereogrid_ros {
 namespace {

@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "targets.hpp"
-#include "targets/pipeline_checks.hpp"
 #include "targets/pipeline_input.hpp"
 
 namespace stereogrid::fuzz {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "targets/pipeline_checks.hpp"
+#include "targets/pipeline_input.hpp"
 
 #include <algorithm>
 #include <cmath>

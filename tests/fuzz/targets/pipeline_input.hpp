@@ -4,6 +4,7 @@
 
 #include "stereogrid/config.hpp"
 #include "stereogrid/frame.hpp"
+#include "stereogrid/pipeline.hpp"
 #include "support.hpp"
 
 namespace stereogrid::fuzz {
@@ -21,5 +22,8 @@ namespace stereogrid::fuzz {
 [[nodiscard]] StereoFrame choose_frame(Choices& choices, const Rig& rig, std::int64_t last_stamp_ns);
 
 [[nodiscard]] Pose2 choose_pose(Choices& choices);
+
+/// Throws Finding where a number is not what its name promises: no probability, not finite, …
+void check_result(const FrameResult& result);
 
 }  // namespace stereogrid::fuzz

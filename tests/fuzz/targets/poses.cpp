@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "input/poses/stamps.hpp"
+#include "input/poses/recording_poses.hpp"
 #include "stereogrid/io/file.hpp"
 #include "targets.hpp"
 

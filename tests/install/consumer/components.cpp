@@ -5,7 +5,7 @@
 // it needs have to link and work.
 #if defined(USES_CAPTURE)
 // A pipeline of GStreamer that does not exist is refused, one that does gives a frame.
-#include <stereogrid/capture/gstreamer.hpp>
+#include <stereogrid/capture/camera_pair.hpp>
 #include <stereogrid/error.hpp>
 
 #include <chrono>

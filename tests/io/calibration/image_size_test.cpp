@@ -8,7 +8,6 @@
 
 #include "calibration/calibration_writers.hpp"
 #include "stereogrid/io/calibration.hpp"
-#include "stereogrid/io/ros_camera.hpp"
 #include "support.hpp"
 
 namespace stereogrid::io::testing {

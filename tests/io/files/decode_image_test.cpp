@@ -1,14 +1,16 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "files/decode_image.hpp"
+#include <gtest/gtest.h>
 
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <random>
+#include <vector>
 
+#include "files/decode_image.hpp"
 #include "files/deflate.hpp"
-#include "files/png.hpp"
 #include "stereogrid/io/image_file.hpp"
+#include "stereogrid/io/ros_image.hpp"
 #include "stereogrid/opencv.hpp"
 #include "support.hpp"
 
@@ -136,6 +138,37 @@ TEST(DecodeImage, FormatsThatNoCameraRecordsAreRefused) {
   const TemporaryFolder folder;
   cv::imwrite((folder / "a.ras").string(), noise(CV_8UC1));
   expect_complaint([&] { static_cast<void>(read_grey(folder / "a.ras")); }, {"a.ras", "no image of a kind", "to PNG"});
+}
+
+TEST(Deflate, InflatesToWhatWasCompressed) {
+  std::mt19937 generator{3};
+  for (const std::size_t size : {0, 1, 15, 16, 17, 300, 70000}) {
+    std::string bytes;
+    while (bytes.size() < size) bytes += static_cast<char>(generator() % 7);
+    std::vector<std::uint8_t> inflated(size);
+    EXPECT_TRUE(inflate_zlib(deflate(bytes, DeflateForm::zlib), inflated));
+    EXPECT_EQ(std::string(inflated.begin(), inflated.end()), bytes);
+  }
+}
+
+TEST(RosImage, ReadsBayerPatterns) {
+  constexpr std::uint32_t width{8};
+  constexpr std::uint32_t height{6};
+  for (const std::string pattern : {"rggb", "bggr", "gbrg", "grbg"}) {
+    for (const std::uint32_t bytes : {1U, 2U}) {
+      const std::string encoding{"bayer_" + pattern + (bytes == 1 ? "8" : "16")};
+      std::vector<std::uint8_t> data;
+      for (std::size_t v{0}; v < height; ++v) {
+        for (std::size_t u{0}; u < width; ++u) {
+          // red pixels are brighter: 0.299 of the difference remains
+          data.push_back(pattern[v % 2 * 2 + u % 2] == 'r' ? 200 : 100);
+          if (bytes == 2) data.push_back(0);
+        }
+      }
+      const RosImage image{encoding, data, false, width, height, width * bytes, true};
+      EXPECT_NEAR(decode_ros_image(image, "image").grey(4, 3), 130, 2) << encoding;
+    }
+  }
 }
 
 }  // namespace

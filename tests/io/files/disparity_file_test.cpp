@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "stereogrid/io/disparity_file.hpp"
+#include "stereogrid/io/image_file.hpp"
 
 #include <bit>
 #include <cstring>
@@ -8,7 +8,6 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "stereogrid/io/file.hpp"
-#include "stereogrid/io/image_file.hpp"
 #include "support.hpp"
 
 namespace stereogrid::io::testing {

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -49,5 +51,17 @@ class STEREOGRID_EXPORT LiveSource {
   /// Since the source was opened.
   [[nodiscard]] virtual std::vector<Drop> dropped() const = 0;
 };
+
+struct ReplayOptions {
+  bool loops{false};     ///< begins again after the last frame
+  double speed{1};       ///< 2: twice as fast; more than 0. Stamps stay those of the recording, moved to now
+  std::size_t first{0};  ///< frames [first, last) of the source
+  std::size_t last{0};   ///< 0: all
+};
+
+/// A recording as if it happened now: each frame comes when its stamp says. Where loading takes longer than that,
+/// frames come late and none is lost for it. The source has to live longer.
+[[nodiscard]] STEREOGRID_EXPORT std::unique_ptr<LiveSource> replay(const FrameSource& source,
+                                                                   const ReplayOptions& options = {});
 
 }  // namespace stereogrid::capture

@@ -14,9 +14,21 @@
 #include "stereogrid/io/calibration.hpp"
 #include "stereogrid/io/poses.hpp"
 #include "stereogrid/io/rectifier.hpp"
-#include "stereogrid/io/scan.hpp"
 
 namespace stereogrid::io {
+
+/// A lidar return in the sensor's own frame (Velodyne: x forward, y left, z up).
+struct ScanPoint {
+  float x_m{0};
+  float y_m{0};
+  float z_m{0};
+  float reflectance{0};  ///< 0–1
+};
+
+/// Reads a lidar sweep in KITTI's form: little-endian float32 x, y, z, reflectance, one point after the other. Points
+/// with a coordinate that is not finite (no return) are left out. Throws InputError: missing, empty, cut off within a
+/// point, or nothing but such points.
+[[nodiscard]] STEREOGRID_EXPORT std::vector<ScanPoint> read_scan(const std::filesystem::path& path);
 
 /// Layout of both cameras' images: separate images, or halves of one.
 enum class ImageLayout { separate, side_by_side, top_bottom };

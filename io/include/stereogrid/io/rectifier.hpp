@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 
 #include "stereogrid/export.hpp"
@@ -33,5 +34,16 @@ class STEREOGRID_EXPORT Rectifier {
   struct STEREOGRID_HIDDEN Maps;
   std::unique_ptr<const Maps> maps_;
 };
+
+/// PipelineOptions::mask from a file: 255 where the pixel is used, 0 where it shows the vehicle itself. In the file
+/// black (0) shows the vehicle; of colours, all three 0. Throws InputError: missing, damaged, of another size, a JPEG
+/// (whose black is not quite 0), or nothing in it is used.
+[[nodiscard]] STEREOGRID_EXPORT Image<std::uint8_t> read_mask(const std::filesystem::path& path, int width_px,
+                                                              int height_px);
+
+/// The same of the rectified left image, from a mask of the images as the cameras give them: those of a raw pair are
+/// rectified, and what then is not the camera's is masked, too.
+[[nodiscard]] STEREOGRID_EXPORT Image<std::uint8_t> read_mask(const std::filesystem::path& path,
+                                                              const Calibration& calibration);
 
 }  // namespace stereogrid::io

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "input/calibration/calibration_files.hpp"
+#include "input/calibration/calibration_forms.hpp"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "input/calibration/calibration_forms.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"

@@ -6,9 +6,8 @@
 #include <array>
 #include <string_view>
 
-#include "input/calibration/calibration_files.hpp"
 #include "input/calibration/calibration_forms.hpp"
-#include "input/calibration/text_trees.hpp"
+#include "input/calibration/yaml_group.hpp"
 #include "input/poses/kitti_text.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"

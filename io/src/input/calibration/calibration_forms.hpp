@@ -75,4 +75,49 @@ struct OpencvParts {
 /// True: the file has the camera of VINS, without a baseline.
 [[nodiscard]] bool is_vins_camera(const YamlGroup& root);
 
+/// Two files that are named alike: with "left" and "right", or "intrinsic" and "extrinsic", in the name of the file,
+/// else in that of its folder.
+struct FilePair {
+  std::filesystem::path first;
+  std::filesystem::path second;
+};
+
+/// Left and right file, of which `either` is one. Throws InputError: the name has no counterpart, or it does not exist.
+[[nodiscard]] FilePair left_and_right(const std::filesystem::path& either);
+
+/// The same for OpenCV's intrinsics.yml and extrinsics.yml.
+[[nodiscard]] FilePair intrinsics_and_extrinsics(const std::filesystem::path& either);
+
+/// The second camera of a EuRoC folder is the left one, as both T_BS say. False where they cannot be read.
+[[nodiscard]] bool is_cam0_right(const std::filesystem::path& cam0, const std::filesystem::path& cam1);
+
+/// Calibration file of another tool in a folder: LEFT.yaml there, in camera_info/ or as left/camera_info.yaml or
+/// left/ost.yaml, extrinsics.yml, camchain.yaml, or any file of a supported format, there or in calib/, calibration/ or
+/// intrinsic/. `has_depth`: one camera is enough. Empty: none. Throws InputError where there are several.
+[[nodiscard]] std::filesystem::path find_calibration_in(const std::filesystem::path& folder, bool has_depth = false);
+
+/// Terms in messages about a camera.
+struct RosTerms {
+  const char* k;
+  const char* d;
+  const char* r;
+  const char* p;
+  const char* if_rectified;  ///< remedies for rectified images, and for a measured baseline: a
+  const char* if_measured;   ///< sentence that begins with a blank; "": nothing
+};
+
+inline constexpr const char* calibrate_together{
+    "Calibrate both cameras together (camera_calibration's cameracalibrator with two cameras), and use its left and "
+    "right file."};
+
+struct RosSide {
+  const RosCamera& camera;
+  const Origin& origin;
+};
+
+/// Rig of rectified images, or a raw pair whose rig has its size only. `baseline_is_given`: replaces the baseline here,
+/// which may then be zero. Throws InputError.
+[[nodiscard]] Calibration ros_pair(const RosSide& left, const RosSide& right, const RosTerms& terms, bool are_rectified,
+                                   bool baseline_is_given);
+
 }  // namespace stereogrid::io

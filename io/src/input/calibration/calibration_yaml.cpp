@@ -1,7 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 #include "input/calibration/calibration_forms.hpp"
-#include "input/calibration/image_size.hpp"
 #include "input/calibration/raw_pair.hpp"
 #include "stereogrid/io/text.hpp"
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "input/calibration/image_size.hpp"
+#include "input/calibration/raw_pair.hpp"
 
 #include <fmt/format.h>
 
@@ -10,9 +10,6 @@
 #include <cstdlib>
 #include <string>
 #include <utility>
-
-#include "input/calibration/raw_pair.hpp"
-#include "vision/rectification.hpp"
 
 namespace stereogrid::io {
 namespace {

@@ -2,11 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+#include <opencv2/core/mat.hpp>
 #include <opencv2/core/matx.hpp>
 #include <vector>
 
 #include "input/calibration/calibration_forms.hpp"
-#include "input/origin.hpp"
+#include "input/calibration/yaml_group.hpp"
 #include "stereogrid/io/calibration.hpp"
 
 namespace stereogrid::io {
@@ -40,5 +42,42 @@ void take_single(Calibration& calibration, const CameraModel& camera, const Orig
 /// Rig and unit of a pair whose extrinsics are a rigid transform of points of the left camera into the right one.
 void take_pair(Calibration& calibration, const CameraModel& left, const CameraModel& right,
                const cv::Matx44d& right_from_left, const Origin& origin, const CalibrationRequest& request);
+
+/// Adapts the cameras of `raw`, or else the rig, to the images' size; no effect where that is unknown. Scales a
+/// calibration of another size where the ratio is exact, and notes it. Warns of a principal point that is probably that
+/// of other images. Throws InputError: no exact ratio; in a calibration without a size, a principal point far from the
+/// middle. The caller rectifies a raw pair again.
+void fit_size(Calibration& calibration, const Origin& origin, const CalibrationRequest& request);
+
+/// A rigid transform of 12 or 16 numbers, row-major. Throws InputError: no rotation, transposed.
+[[nodiscard]] cv::Matx44d rigid_of(const std::vector<double>& numbers, const Origin& origin, const char* key);
+
+/// From a quaternion x y z w of length 1 (to 1 %). Throws InputError.
+[[nodiscard]] cv::Matx44d rigid_of(const std::array<double, 4>& quaternion, const cv::Vec3d& translation,
+                                   const Origin& origin, const char* key);
+
+[[nodiscard]] cv::Matx44d rigid_of(const cv::Matx33d& rotation, const cv::Vec3d& translation);
+
+[[nodiscard]] cv::Matx44d inverse(const cv::Matx44d& rigid);
+
+/// Rectifying rotations of a raw pair, and the resulting camera.
+struct Rectification {
+  Rig rig;  ///< the mount at its defaults
+  cv::Mat left_turn;
+  cv::Mat right_turn;
+  cv::Matx33d camera;  ///< camera of both, after rectification
+};
+
+/// Undistorted cameras with parallel axes and equal focal lengths and cy: their images differ from those of a rectified
+/// pair by cx_left − cx_right at most.
+[[nodiscard]] bool is_row_aligned(const RawPair& raw);
+
+/// Row-aligned pairs keep the left camera; the right image is shifted. Others: as OpenCV's stereoRectify with equal
+/// centres and as little black at the edges as possible; of fisheye lenses at most 120° across remain. Throws
+/// InputError: no baseline along x, lenses of two kinds.
+[[nodiscard]] Rectification rectify(const RawPair& raw, int width_px, int height_px);
+
+/// Both maps of cv::remap, rectified to raw.
+void make_maps(const CameraModel& raw, const cv::Mat& turn, const Rectification& to, cv::Mat& map, cv::Mat& fractions);
 
 }  // namespace stereogrid::io

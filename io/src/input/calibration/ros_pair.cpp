@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "input/calibration/ros_pair.hpp"
+#include "input/calibration/calibration_forms.hpp"
 
 #include <fmt/format.h>
 

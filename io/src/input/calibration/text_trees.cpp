@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "input/calibration/text_trees.hpp"
+#include "input/calibration/yaml_group.hpp"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,6 @@
 #include <span>
 #include <vector>
 
-#include "input/origin.hpp"
 #include "input/poses/kitti_text.hpp"
 #include "stereogrid/error.hpp"
 

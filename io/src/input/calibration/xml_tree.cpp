@@ -2,8 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
-#include "input/calibration/text_trees.hpp"
-#include "input/origin.hpp"
+#include "input/calibration/yaml_group.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/text.hpp"
 

@@ -8,13 +8,26 @@
 #include <array>
 #include <cmath>
 
-#include "files/yaml_complaint.hpp"
 #include "input/poses/kitti_text.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
+
+void Origin::fail(const std::string& what) const {
+  fail(what, see_documentation);
+}
+
+void Origin::fail(const std::string& what, const std::string& mend) const {
+  throw InputError{part_.empty() ? file_ : file_ + " (" + part_ + ")", what,
+                   other_way_.empty() ? mend : mend + " " + other_way_};
+}
+
+void Origin::complain(const std::string& what) const {
+  throw InputError{file_, what, see_documentation};
+}
+
 namespace {
 
 constexpr std::size_t most_numbers{16};

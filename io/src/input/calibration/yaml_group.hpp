@@ -2,17 +2,43 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <yaml-cpp/exceptions.h>
 #include <yaml-cpp/yaml.h>
 
 #include <filesystem>
 #include <initializer_list>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
-#include "input/origin.hpp"
-
 namespace stereogrid::io {
+
+inline constexpr const char* see_documentation{"docs/input.md shows what a calibration holds."};
+
+/// Source of values, for messages: each is an InputError.
+class Origin {
+ public:
+  /// `part`: of the file, "": all of it. `other_way`: sentence that every advice ends with; "": none.
+  explicit Origin(std::string file, std::string part = "", std::string other_way = "")
+      : file_{std::move(file)}, part_{std::move(part)}, other_way_{std::move(other_way)} {}
+
+  [[nodiscard]] const std::string& file() const { return file_; }
+
+  /// Names the part, too.
+  [[noreturn]] void fail(const std::string& what) const;
+  [[noreturn]] void fail(const std::string& what, const std::string& mend) const;
+
+ protected:
+  [[nodiscard]] const std::string& part() const { return part_; }
+  /// Names the file only.
+  [[noreturn]] void complain(const std::string& what) const;
+
+ private:
+  std::string file_;
+  std::string part_;
+  std::string other_way_;
+};
 
 /// Mapping of a YAML file with its position: errors are InputError with file, key and line.
 class YamlGroup : public Origin {
@@ -77,5 +103,27 @@ struct YamlGroup::Element {
 [[nodiscard]] YamlGroup read_yaml(const std::filesystem::path& path);
 /// The same of a text, JSON too, which is YAML.
 [[nodiscard]] YamlGroup parse_yaml(const std::filesystem::path& path, std::string text);
+
+/// Message for a YAML error of yaml-cpp.
+inline std::string complaint_of(const YAML::Exception& error) {
+  // its words for groups in groups beyond the depth that it can follow; of text in memory it says that of nothing else
+  if (error.msg == "bad file") return "is nested too deeply.";
+  return "is no YAML (" + error.msg + ").";
+}
+
+// Other notations than YAML as YAML's nodes, so that one set of readers serves all. Throw InputError; `file`: for
+// complaints.
+
+/// OpenCV's XML: elements become keys, words of a leaf a list, <_> elements of a list. Attributes have no effect.
+[[nodiscard]] YAML::Node parse_xml(const std::string& file, std::string_view text);
+
+/// [SECTION] and key=value, as ZED's SN*.conf: a group for each section.
+[[nodiscard]] YAML::Node parse_sections(const std::string& file, std::string_view text);
+
+/// key=value or key=[numbers; numbers], as Middlebury's calib.txt.
+[[nodiscard]] YAML::Node parse_assignments(const std::string& file, std::string_view text);
+
+/// ost.txt of camera_calibration: key 'cameras' with a group of camera_info's keys for each camera.
+[[nodiscard]] YAML::Node parse_ost(const std::string& file, std::string_view text);
 
 }  // namespace stereogrid::io

@@ -6,10 +6,9 @@
 #include <cstdlib>
 #include <set>
 
-#include "input/layout/image_sets.hpp"
 #include "input/layout/input_layout.hpp"
 #include "input/poses/kitti_text.hpp"
-#include "input/poses/stamps.hpp"
+#include "input/poses/recording_poses.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/paths.hpp"

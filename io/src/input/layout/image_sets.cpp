@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "input/layout/image_sets.hpp"
+#include "input/layout/input_layout.hpp"
 
 #include <fmt/format.h>
 

@@ -6,10 +6,9 @@
 
 #include <utility>
 
-#include "input/calibration/calibration_files.hpp"
-#include "input/layout/image_sets.hpp"
+#include "input/calibration/calibration_forms.hpp"
 #include "input/layout/side_names.hpp"
-#include "input/video_files.hpp"
+#include "input/recording_images.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"

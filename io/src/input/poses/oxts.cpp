@@ -9,7 +9,7 @@
 #include <opencv2/core/matx.hpp>
 
 #include "input/poses/kitti_text.hpp"
-#include "input/poses/stamps.hpp"
+#include "input/poses/recording_poses.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/paths.hpp"

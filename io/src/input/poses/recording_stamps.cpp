@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "input/poses/recording_stamps.hpp"
+#include "input/poses/recording_poses.hpp"
 
 #include <fmt/format.h>
 
@@ -8,8 +8,6 @@
 #include <charconv>
 #include <map>
 
-#include "input/poses/recording_poses.hpp"
-#include "input/poses/stamps.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/poses.hpp"

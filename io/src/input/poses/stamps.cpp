@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "input/poses/stamps.hpp"
+#include "input/poses/recording_poses.hpp"
 
 #include <fmt/format.h>
 

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <opencv2/core/matx.hpp>
 
-#include "input/calibration/rigid.hpp"
-#include "input/origin.hpp"
+#include "input/calibration/raw_pair.hpp"
+#include "input/calibration/yaml_group.hpp"
 #include "input/poses/kitti_text.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "stereogrid/io/object_labels.hpp"
+#include "stereogrid/io/truth.hpp"
 
 #include <fmt/format.h>
 

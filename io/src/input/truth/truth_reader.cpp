@@ -6,8 +6,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "input/layout/input_layout.hpp"
 #include "input/poses/kitti_text.hpp"
-#include "input/truth/truth_layout.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/image_file.hpp"

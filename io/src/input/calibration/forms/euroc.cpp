@@ -2,10 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include "input/calibration/calibration_files.hpp"
 #include "input/calibration/calibration_forms.hpp"
 #include "input/calibration/raw_pair.hpp"
-#include "input/calibration/rigid.hpp"
 #include "stereogrid/error.hpp"
 
 namespace stereogrid::io {

@@ -7,7 +7,6 @@
 #include "input/calibration/calibration_forms.hpp"
 #include "input/calibration/forms/opencv_names.hpp"
 #include "input/calibration/raw_pair.hpp"
-#include "input/calibration/rigid.hpp"
 
 namespace stereogrid::io {
 namespace {

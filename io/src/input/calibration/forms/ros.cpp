@@ -5,7 +5,6 @@
 
 #include "input/calibration/calibration_forms.hpp"
 #include "input/calibration/raw_pair.hpp"
-#include "input/calibration/ros_pair.hpp"
 
 namespace stereogrid::io {
 namespace {

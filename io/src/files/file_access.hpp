@@ -8,6 +8,9 @@
 #include <string>
 #include <system_error>
 
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/text.hpp"
+
 namespace stereogrid::io {
 
 inline std::string reason(int error_number) {
@@ -33,5 +36,22 @@ class Descriptor {
  private:
   int descriptor_;
 };
+
+/// A file that is missing, not accessible, or shorter than its size says. throw_unreadable() throws it, too.
+class UnavailableFile : public InputError {
+ public:
+  using InputError::InputError;
+};
+
+/// Calls `read`, which reads files that a folder's listing has named. Throws DeviceError where one of them is
+/// unavailable: frames that a file system has lost for a moment are not damaged.
+template <class Read>
+auto read_listed(Read read) {
+  try {
+    return read();
+  } catch (const UnavailableFile& error) {
+    throw DeviceError{std::string{error.what()} + " If its file system was away, try again."};
+  }
+}
 
 }  // namespace stereogrid::io
