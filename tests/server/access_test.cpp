@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 // Who may ask: Host, Origin, token.
-#include "http/access.hpp"
+#include "http/site.hpp"
 
 #include <gmock/gmock.h>
 

@@ -5,7 +5,7 @@
 
 #include <random>
 
-#include "foxglove/request.hpp"
+#include "foxglove/protocol.hpp"
 #include "stereogrid/error.hpp"
 #include "support.hpp"
 

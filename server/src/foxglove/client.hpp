@@ -11,7 +11,7 @@
 #include <string>
 
 #include "foxglove/message_queue.hpp"
-#include "foxglove/request.hpp"
+#include "foxglove/protocol.hpp"
 #include "stereogrid/server/server.hpp"
 
 namespace stereogrid::server {

@@ -13,7 +13,7 @@
 
 #include "foxglove/client.hpp"
 #include "foxglove/message_queue.hpp"
-#include "foxglove/reply.hpp"
+#include "foxglove/protocol.hpp"
 #include "stereogrid/server/server.hpp"
 
 namespace stereogrid::server {

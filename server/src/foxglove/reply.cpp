@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "foxglove/reply.hpp"
+#include "foxglove/protocol.hpp"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "http/access.hpp"
+#include "http/site.hpp"
 
 #include <unistd.h>
 

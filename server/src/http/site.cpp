@@ -11,7 +11,7 @@
 #include <set>
 #include <utility>
 
-#include "foxglove/reply.hpp"
+#include "foxglove/protocol.hpp"
 #include "http/message.hpp"
 #include "stereogrid/error.hpp"
 

@@ -9,8 +9,6 @@
 #include <boost/beast/websocket/rfc6455.hpp>
 #include <utility>
 
-#include "net/websocket_session.hpp"
-
 namespace stereogrid::server {
 namespace {
 

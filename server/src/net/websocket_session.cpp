@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "net/websocket_session.hpp"
+#include "net/http_session.hpp"
 
 #include <netinet/in.h>
 #include <netinet/tcp.h>
@@ -11,7 +11,7 @@
 #include <chrono>
 #include <utility>
 
-#include "foxglove/reply.hpp"
+#include "foxglove/protocol.hpp"
 
 namespace stereogrid::server {
 namespace {
