@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "files/decode_image.hpp"
+#include "files/formats.hpp"
 
 #include <fmt/format.h>
 #include <webp/decode.h>

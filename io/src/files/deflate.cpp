@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "files/deflate.hpp"
+#include "files/formats.hpp"
 
 #include <isa-l.h>
 

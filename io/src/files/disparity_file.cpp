@@ -14,7 +14,7 @@
 #include <string_view>
 #include <vector>
 
-#include "files/decode_image.hpp"
+#include "files/formats.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/npz.hpp"

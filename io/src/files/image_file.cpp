@@ -9,7 +9,7 @@
 #include <opencv2/imgproc.hpp>
 #include <string_view>
 
-#include "files/decode_image.hpp"
+#include "files/formats.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/opencv.hpp"

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "files/decode_image.hpp"
+#include "files/formats.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/image_file.hpp"
 

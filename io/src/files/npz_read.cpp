@@ -14,7 +14,7 @@
 #include <regex>
 #include <type_traits>
 
-#include "files/npz_types.hpp"
+#include "files/formats.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/npz.hpp"

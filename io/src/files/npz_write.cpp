@@ -10,8 +10,7 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "files/deflate.hpp"
-#include "files/npz_types.hpp"
+#include "files/formats.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/npz.hpp"

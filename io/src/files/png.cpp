@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // PNG (Third Edition), W3C Recommendation 2025: §5 chunks, §9 filters. With ISA-L, which is faster than libpng.
-#include "files/decode_image.hpp"
+#include "files/formats.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -13,7 +13,6 @@
 #include <optional>
 #include <vector>
 
-#include "files/deflate.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {

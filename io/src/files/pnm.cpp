@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "files/decode_image.hpp"
+#include "files/formats.hpp"
 
 namespace stereogrid::io {
 namespace {

@@ -12,7 +12,7 @@
 #include <string>
 #include <string_view>
 
-#include "files/decode_image.hpp"
+#include "files/formats.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/ros_image.hpp"

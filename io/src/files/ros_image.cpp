@@ -10,7 +10,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "files/decode_image.hpp"
+#include "files/formats.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/opencv.hpp"
 

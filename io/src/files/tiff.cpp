@@ -9,7 +9,7 @@
 #include <opencv2/imgproc.hpp>
 #include <string>
 
-#include "files/decode_image.hpp"
+#include "files/formats.hpp"
 
 namespace stereogrid::io {
 namespace {

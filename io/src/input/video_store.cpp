@@ -16,7 +16,7 @@
 #include <sstream>
 #include <utility>
 
-#include "files/decode_image.hpp"
+#include "files/formats.hpp"
 #include "input/layout/side_names.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/ffmpeg.hpp"

@@ -7,8 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "files/decode_image.hpp"
-#include "files/deflate.hpp"
+#include "files/formats.hpp"
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/ros_image.hpp"
 #include "stereogrid/opencv.hpp"

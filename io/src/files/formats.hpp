@@ -2,11 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <opencv2/core/mat.hpp>
+#include <span>
 #include <string>
 #include <string_view>
 
+#include "stereogrid/io/npz.hpp"
 #include "stereogrid/io/ros_image.hpp"
 
 namespace stereogrid::io {
@@ -39,5 +43,38 @@ constexpr std::string_view png_signature{"\x89PNG\r\n\x1a\n", 8};
 /// Pixels in the machine's byte order: of the message, or swapped copies. Throws InputError where the message is
 /// smaller than it says.
 [[nodiscard]] cv::Mat ros_pixels(const RosImage& image, int type, const std::string& name);
+
+enum class DeflateForm {
+  raw,   ///< RFC 1951
+  zlib,  ///< RFC 1950: with a header and a checksum
+};
+
+/// Compressed in one piece. Noise grows by 5 bytes per 64 KiB. Throws std::length_error from 4 GiB on.
+std::string deflate(std::string_view bytes, DeflateForm form);
+
+/// Fills `bytes`; false if `packed` is no zlib stream, is damaged, or holds less or more.
+bool inflate_zlib(std::string_view packed, std::span<std::uint8_t> bytes);
+
+/// CRC-32 of zip and PNG.
+std::uint32_t crc32_of(std::string_view bytes);
+
+struct DTypeEntry {
+  DType dtype;
+  std::string_view spelling;
+  std::size_t size;
+};
+
+constexpr std::array<DTypeEntry, 12> dtypes{{{DType::float16, "<f2", 2},
+                                             {DType::float32, "<f4", 4},
+                                             {DType::float64, "<f8", 8},
+                                             {DType::int8, "|i1", 1},
+                                             {DType::int16, "<i2", 2},
+                                             {DType::int32, "<i4", 4},
+                                             {DType::int64, "<i8", 8},
+                                             {DType::uint8, "|u1", 1},
+                                             {DType::uint16, "<u2", 2},
+                                             {DType::uint32, "<u4", 4},
+                                             {DType::uint64, "<u8", 8},
+                                             {DType::boolean, "|b1", 1}}};
 
 }  // namespace stereogrid::io
