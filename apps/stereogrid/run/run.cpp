@@ -23,7 +23,7 @@
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/io/run_folder/checkpoint.hpp"
 #include "stereogrid/io/run_folder/run_record.hpp"
-#include "stereogrid/io/run_folder/stages.hpp"
+#include "stereogrid/io/run_folder/frame_lines.hpp"
 #include "stereogrid/pipeline.hpp"
 #include "sweeps.hpp"
 
