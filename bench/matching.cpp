@@ -70,7 +70,7 @@ class Ours {
   MatchingConfig config_;
   RoadPlane plane_;
   Cpu cpu_;
-  MatchingSpace space_;
+  MatchingWorkspace space_;
   Matches matches_;
 };
 

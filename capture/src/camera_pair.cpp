@@ -133,7 +133,7 @@ void CameraPair::set_fault(std::string sentence) {
   state_->fault = std::move(sentence);
 }
 
-void CameraPair::begin_anew() {
+void CameraPair::request_reset() {
   const std::scoped_lock lock{state_->mutex};
   ++state_->stream;
 }
@@ -158,7 +158,7 @@ std::optional<LiveFrame> CameraPair::next(std::chrono::milliseconds patience) {
   state.last_captured = pair->captured;
   LiveFrame live;
   live.captured = pair->captured;
-  live.begins_anew = pair->stream != std::exchange(state.last_stream, pair->stream);
+  live.resets_before = pair->stream != std::exchange(state.last_stream, pair->stream);
   live.frame.index = state.given++;
   live.frame.name = fmt::format("{:06}", live.frame.index);
   live.frame.stamp_ns = state.unix_time.ns(pair->captured);

@@ -14,7 +14,7 @@ void run_frames(Pipeline& pipeline, FrameHandler& frames) {
     try {
       std::optional<PreparedFrame> prepared{frames.next()};
       if (!prepared) continue;
-      if (prepared->begins_anew) pipeline.reset();
+      if (prepared->resets_before) pipeline.reset();
       pipeline.process(prepared->frame, result);
       if (prepared->odometry_ms) result.timing_ms.odometry = *prepared->odometry_ms;
       if (prepared->warning) result.warnings.push_back({std::move(*prepared->warning)});

@@ -77,8 +77,8 @@ std::optional<LiveFrame> Replay::next(std::chrono::milliseconds patience) {
     ++unusable_;
     throw InputError{played->queued.error};
   }
-  const bool begins_anew{played->round != std::exchange(last_round_, played->round)};
-  LiveFrame live{std::move(*played->queued.frame), played->captured, begins_anew};
+  const bool resets_before{played->round != std::exchange(last_round_, played->round)};
+  LiveFrame live{std::move(*played->queued.frame), played->captured, resets_before};
   live.frame.index = given_++;
   return live;
 }

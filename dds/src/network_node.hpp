@@ -68,7 +68,7 @@ class TopicSink final : public messages::Sink {
     dds_entity_t entity{0};  ///< 0: left out
     ddsi_sertype* type{nullptr};
   };
-  static void tell_refused(dds_entity_t entity, dds_offered_incompatible_qos_status_t status, void* writer) noexcept;
+  static void log_refused(dds_entity_t entity, dds_offered_incompatible_qos_status_t status, void* writer) noexcept;
 
   Participant& participant_;
   std::vector<std::string> left_out_;

@@ -132,7 +132,7 @@ void Participant::on_discovery_info(dds_entity_t reader, void* participant) noex
       const auto layout{infos[i].valid_data ? layout_of(bytes_of(samples[i])) : std::nullopt};
       if (layout) one.set_layout_of(reader, infos[i].publication_handle, *layout);
     } catch (const std::exception& error) {  // no exceptions: called by C
-      one.warnings_.tell_once(std::string{"ROS 2: ros_discovery_info of a peer: "} + error.what());
+      one.warnings_.log_once(std::string{"ROS 2: ros_discovery_info of a peer: "} + error.what());
     }
     ddsi_serdata_unref(samples[i]);
   }

@@ -95,7 +95,7 @@ class Warnings {
  public:
   explicit Warnings(std::function<void(const std::string&)> warn) : warn_{std::move(warn)} {}
 
-  void tell_once(const std::string& text) {
+  void log_once(const std::string& text) {
     {
       const std::scoped_lock lock{mutex_};
       if (!told_.insert(text).second) return;

@@ -63,8 +63,8 @@ void Subscriptions::run() {
   for (;;) {
     const dds_return_t count{dds_waitset_wait(waitset_, triggered.data(), triggered.size(), DDS_INFINITY)};
     if (count < 0) {
-      return participant_.warnings().tell_once(std::string{"ROS 2: reception has ended: "} + dds_strretcode(count) +
-                                               ".");
+      return participant_.warnings().log_once(std::string{"ROS 2: reception has ended: "} + dds_strretcode(count) +
+                                              ".");
     }
     bool is_stopped{false};
     dds_read_guardcondition(stop_, &is_stopped);
@@ -90,7 +90,7 @@ void Subscriptions::hand_over(const Reader& reader, std::span<const std::byte> c
   try {
     reader.take(cdr);
   } catch (const std::exception& error) {
-    participant_.warnings().tell_once("ROS 2: " + reader.topic + ": " + error.what());
+    participant_.warnings().log_once("ROS 2: " + reader.topic + ": " + error.what());
   }
 }
 

@@ -13,13 +13,13 @@ constexpr int depth{10};
 
 }  // namespace
 
-void TopicSink::tell_refused(dds_entity_t /*entity*/, dds_offered_incompatible_qos_status_t status,
-                             void* writer) noexcept {
+void TopicSink::log_refused(dds_entity_t /*entity*/, dds_offered_incompatible_qos_status_t status,
+                            void* writer) noexcept {
   const Writer& one{*static_cast<const Writer*>(writer)};
   try {
-    one.warnings.tell_once("ROS 2: a subscriber of " + one.topic + " receives nothing: it requires " +
-                           policy_in_words(status.last_policy_id) +
-                           ", which this topic does not offer. Subscribe without it.");
+    one.warnings.log_once("ROS 2: a subscriber of " + one.topic + " receives nothing: it requires " +
+                          policy_in_words(status.last_policy_id) +
+                          ", which this topic does not offer. Subscribe without it.");
   } catch (...) {  // no exceptions: called by C
   }
 }
@@ -32,7 +32,7 @@ std::uint32_t TopicSink::add(const messages::Channel& channel) {
     return static_cast<std::uint32_t>(writers_.size() - 1);
   }
   const Listener listener{dds_create_listener(nullptr)};
-  dds_lset_offered_incompatible_qos_arg(listener.get(), tell_refused, writer.get(), true);
+  dds_lset_offered_incompatible_qos_arg(listener.get(), log_refused, writer.get(), true);
   Qos qos{reliable_qos(channel.latched, channel.latched ? 1 : depth)};
   set_type_hash(qos.get(), channel.type, channel.definition);
   const auto [entity,

@@ -115,7 +115,7 @@ void ObstacleScores::add_cells(const ObstacleTruth& truth, const Candidates& can
   const auto is_covered = [&](Point2 cell) {
     return std::ranges::any_of(candidates, [cell](const Candidate& c) { return c.closed && c.holds_cell(cell); });
   };
-  counts_.knows_cells = counts_.knows_cells || truth.knows_cells;
+  counts_.has_cell_truth = counts_.has_cell_truth || truth.has_cell_truth;
   counts_.free += truth.free.size();
   counts_.covered += static_cast<std::size_t>(std::ranges::count_if(truth.free, is_covered));
   for (const Candidate& c : candidates) {
@@ -279,7 +279,7 @@ ObstacleSummary ObstacleScores::summary() const {
   s.corners = share(counts_.corners, counts_.outlines);
   if (outlines_m_ > 0) s.turns_per_m = static_cast<double>(counts_.turns) / outlines_m_;
   if (counts_.rays > 0) s.near_side_sigmas = near_sigmas_ / static_cast<double>(counts_.rays);
-  s.knows_false = counts_.knows_cells;
+  s.has_complete_truth = counts_.has_cell_truth;
   s.tracking = tracking_.summary();
   s.centre_error_m = median(errors_.centre_m);
   s.nearest_edge_error_m = median(errors_.nearest_edge_m);

@@ -141,7 +141,7 @@ void sort_cells(const Labels& labels, ObstacleTruth& sorted) {
 ObstacleTruth obstacle_truth(const FrameTruth& truth, const TruthGrid& truth_grid, const Rig& rig) {
   const Pose2 vehicle_from_world{inverse(truth.ego.world_from_vehicle)};
   ObstacleTruth known;
-  known.knows_cells = true;
+  known.has_cell_truth = true;
   known.sigma_per_m2 = disparity_sigma_px / (rig.focal_px * rig.baseline_m);
   auto seen{sort_cells(truth, truth_grid.geometry, known)};
   for (const TruthObject& object : truth.objects) {
@@ -160,7 +160,7 @@ ObstacleTruth obstacle_truth(const FrameTruth& truth, const TruthGrid& truth_gri
 
 ObstacleTruth obstacle_truth(std::span<const LabelledObject> objects, const Rig& rig, const Labels* cells) {
   ObstacleTruth known;
-  known.knows_cells = cells != nullptr;
+  known.has_cell_truth = cells != nullptr;
   if (cells != nullptr) sort_cells(*cells, known);
   for (const LabelledObject& object : objects) {
     if (object.moving.value_or(true)) {

@@ -136,7 +136,7 @@ void Scores::add(std::string frame_name, View<const float> probability, const La
   }
   if (!frames_.empty() && grid != geometry_) throw std::invalid_argument{"Scores::add: the grid has changed"};
   geometry_ = grid;
-  knows_hidden_ground_ = labels.hidden_ground.size() > 0;
+  has_hidden_ground_ = labels.hidden_ground.size() > 0;
   Frame frame{std::move(frame_name), {}, free_space(probability, labels)};
   for (int iy{0}; iy < grid.ny; ++iy) {
     for (int ix{0}; ix < grid.nx; ++ix) {
@@ -145,7 +145,7 @@ void Scores::add(std::string frame_name, View<const float> probability, const La
       const bool is_occupied{label == labelled_occupied};
       frame.cells.push_back({probability(ix, iy), static_cast<std::uint16_t>(ix), is_occupied,
                              labels.partly_hidden(ix, iy) != 0, !is_occupied && touches_occupied(labels.cells, ix, iy),
-                             knows_hidden_ground_ && labels.hidden_ground(ix, iy) != 0});
+                             has_hidden_ground_ && labels.hidden_ground(ix, iy) != 0});
     }
   }
   frames_.push_back(std::move(frame));

@@ -58,15 +58,15 @@ void FileOutput::fail(int error_number) {
   const bool full{error_number == ENOSPC || error_number == EDQUOT || error_number == EFBIG};
   const char* const mend{full ? "Free some space; the earlier part of the recording can be read."
                               : "Check the folder and its permissions."};
-  complaint_ = fmt::format("{}: cannot be written ({}). {}", name_, reason(error_number), mend);
+  error_text_ = fmt::format("{}: cannot be written ({}). {}", name_, reason(error_number), mend);
   // a part of a record would only be taken for damage; of a pipe nothing can be taken back
   if (file_.get() >= 0 && ::ftruncate(file_.get(), static_cast<off_t>(size_)) != 0) errno = 0;
   file_.close();
-  throw DeviceError{complaint_};
+  throw DeviceError{error_text_};
 }
 
 void FileOutput::require_writable() const {
-  if (!complaint_.empty()) throw DeviceError{complaint_};
+  if (!error_text_.empty()) throw DeviceError{error_text_};
 }
 
 void FileOutput::write_whole(View head, View body, View tail) {

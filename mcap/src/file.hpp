@@ -49,7 +49,7 @@ class FileOutput {
 
   Descriptor file_;
   std::string name_;
-  std::string complaint_;  // empty: none yet
+  std::string error_text_;  // empty: none yet
   std::uint64_t size_{0};
   std::uint32_t crc_{0};
 };

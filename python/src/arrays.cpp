@@ -32,12 +32,12 @@ int length(const Array& array, int axis) {
   throw nb::value_error((std::string{array.name()} + ": shape " + array.shape() + " has no pixels.").c_str());
 }
 
-[[noreturn]] void complain_of_type(const Array& array, const std::string& expected) {
+[[noreturn]] void report_type(const Array& array, const std::string& expected) {
   throw nb::type_error(
       (std::string{array.name()} + ": dtype " + array.dtype() + " (expected " + expected + ").").c_str());
 }
 
-[[noreturn]] void complain_of_shape(const Array& array, const std::string& expected) {
+[[noreturn]] void report_shape(const Array& array, const std::string& expected) {
   throw nb::value_error(
       (std::string{array.name()} + ": shape " + array.shape() + " (expected " + expected + ").").c_str());
 }
@@ -69,14 +69,14 @@ PixelFormat format_of(const Array& pixels, const PixelOptions& options) {
   const Py_buffer& buffer{pixels.buffer()};
   const std::string& dtype{pixels.dtype()};
   if (buffer.ndim == 2) {
-    if (!options.color.empty()) complain_of_shape(pixels, "(height, width, 3 or 4) with color");
+    if (!options.color.empty()) report_shape(pixels, "(height, width, 3 or 4) with color");
     if (dtype == "uint8") return PixelFormat::grey8;
     if (dtype == "uint16") return PixelFormat::grey16;
-    complain_of_type(pixels, "uint8, uint16, float32 or float64");
+    report_type(pixels, "uint8, uint16, float32 or float64");
   }
   const bool has_color{buffer.ndim == 3 && (buffer.shape[2] == 3 || buffer.shape[2] == 4)};
-  if (!has_color) complain_of_shape(pixels, "(height, width), or (height, width, 3 or 4) with color");
-  if (dtype != "uint8") complain_of_type(pixels, "uint8 for three or four channels");
+  if (!has_color) report_shape(pixels, "(height, width), or (height, width, 3 or 4) with color");
+  if (dtype != "uint8") report_type(pixels, "uint8 for three or four channels");
   const bool has_alpha{buffer.shape[2] == 4};
   if (options.color == "rgb") return has_alpha ? PixelFormat::rgba8 : PixelFormat::rgb8;
   if (options.color == "bgr") return has_alpha ? PixelFormat::bgra8 : PixelFormat::bgr8;
@@ -200,7 +200,7 @@ View<const std::uint8_t> grey_of(const Array& pixels, const PixelOptions& option
 }
 
 void assign(Image<float>& measured, const Array& values, double units) {
-  if (values.buffer().ndim != 2) complain_of_shape(values, "(height, width)");
+  if (values.buffer().ndim != 2) report_shape(values, "(height, width)");
   if (values.dtype() == "float32") {
     transform<float>(values, measured, [](float value) { return measured_value(value, 0); });
   } else if (values.dtype() == "float64") {
@@ -208,8 +208,8 @@ void assign(Image<float>& measured, const Array& values, double units) {
   } else if (values.dtype() == "uint16" && units > 0) {
     transform<std::uint16_t>(values, measured, [units](std::uint16_t value) { return measured_value(value, units); });
   } else {
-    complain_of_type(values, units > 0 ? "float32 or float64 in m, or uint16"
-                                       : "float32 or float64 in px; divide fixed-point disparities by their scale");
+    report_type(values, units > 0 ? "float32 or float64 in m, or uint16"
+                                  : "float32 or float64 in px; divide fixed-point disparities by their scale");
   }
 }
 

@@ -77,7 +77,7 @@ std::unique_ptr<Frame> FrameIterator::next() {
     }
     if (!std::exchange(is_checked_, true)) {
       const ReleasedGil release;
-      const std::optional<std::string> complaint{io::complaint_if_swapped(*queued->frame)};
+      const std::optional<std::string> complaint{io::finding_if_swapped(*queued->frame)};
       if (complaint) throw InputError{*complaint};
     }
     auto frame{std::make_unique<Frame>()};

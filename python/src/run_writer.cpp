@@ -126,7 +126,7 @@ class RunWriter {
     const app::Continuation from{
         pipeline_.exclusively([&](Pipeline& p) { return app::continuation_of(record_, p, poses, 0); })};
     for (const std::string& warning : from.warnings) warn(warning);
-    record_.go_on_from(from.first);
+    record_.continue_from(from.first);
     return from.first;
   }
 

@@ -79,7 +79,7 @@ void DisparityPlane::smooth() {
   plane_ = smoothed(plane_, gaussian_weights(parameters_.sigma_disparity * bins_per_px_), false);
 }
 
-void DisparityPlane::forget_left_border() {
+void DisparityPlane::drop_left_border() {
   for (int k{0}; k < plane_.height(); ++k) {
     const int border{static_cast<int>(std::ceil(k / bins_per_px_)) + parameters_.left_border_px};
     for (int u{0}; u < std::min(border, plane_.width()); ++u) plane_(u, k) = 0.5F;
@@ -113,7 +113,7 @@ float DisparityPlane::cell(double x0, double x1, double y0, double y1) const {
 
 Image<float> DisparityPlane::to_cells(const GridGeometry& grid) {
   smooth();
-  forget_left_border();
+  drop_left_border();
   Image<float> cells{grid.nx, grid.ny};
   for (int iy{0}; iy < grid.ny; ++iy) {
     const double y{grid.y_min_m + iy * grid.cell_size_m};

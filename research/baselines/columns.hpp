@@ -57,7 +57,7 @@ class DisparityPlane {
   };
   [[nodiscard]] Bins bins(double from, double to) const;
   void smooth();
-  void forget_left_border();
+  void drop_left_border();
   [[nodiscard]] float cell(double x0, double x1, double y0, double y1) const;
   [[nodiscard]] float largest_in(int bin, double x_near, double x_far, double y0, double y1, float so_far) const;
 

@@ -58,7 +58,7 @@ class Comparer {
     }
   }
 
-  Comparison go_through(io::FrameRange range) {
+  Comparison run(io::FrameRange range) {
     app::Progress progress{"frames", range.end - range.first};
     io::FrameQueue queue{*truth_.input().source, range.first, range.end};
     const app::Input& input{truth_.input()};
@@ -208,7 +208,7 @@ int compare(const CompareOptions& options) {
   for (const std::string& folder : {options.pictures, options.grids}) {
     if (!folder.empty()) io::create_folder(folder);
   }
-  const Comparison comparison{Comparer{options, truth}.go_through(range)};
+  const Comparison comparison{Comparer{options, truth}.run(range)};
   print_table(comparison);
   if (options.json.empty()) return app::exit_done;
   const nlohmann::ordered_json json(

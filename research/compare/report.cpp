@@ -67,7 +67,7 @@ void print_table(const Comparison& comparison) {
     over_time = method.over_time;
     print_figures(method, table_band);
     app::tell("{:>10.1f}\n", median(method.milliseconds));
-    if (!method.series.scores.knows_hidden_ground()) continue;
+    if (!method.series.scores.has_hidden_ground()) continue;
     print_figures(method, clear_band);
     app::tell("\n");
   }

@@ -118,9 +118,9 @@ STEREOGRID_HD inline auto is_as_unseen(const FilterStep& step, T occupancy, T st
 template <class T>
 struct UpdateOfCell {
   T scale;
-  T born_standing;  ///< born(k) of standstill
-  T born_moving;    ///< for every other velocity
-  T occupancy;      ///< Σ m(k) afterwards
+  T birth_static;  ///< born(k) of standstill
+  T birth_moving;  ///< for every other velocity
+  T occupancy;     ///< Σ m(k) afterwards
 };
 
 /// View of a cell by the camera. docs/method.md §8.3, §8.4.
@@ -209,18 +209,18 @@ STEREOGRID_HD inline UpdateOfCell<T> joint_update(const FilterStep& step, T arri
   const T changed{gain * Min(view.forgetting, of(step.forgetting_in_view)) * empty};
   const T misplaced{gain * view.forgetting * empty - changed};  // by the growth with depth
   const auto was_seen = And(age_s <= of(0), view.squares <= of(step.appearing_squares));
-  const T born_standing{IfThenElse(was_seen, of(step.appearing_static), of(step.prior_static))};
-  const T born_moving{IfThenElse(was_seen, of(step.appearing_moving), of(step.prior_moving))};
+  const T birth_static{IfThenElse(was_seen, of(step.appearing_static), of(step.prior_static))};
+  const T birth_moving{IfThenElse(was_seen, of(step.appearing_moving), of(step.prior_moving))};
   const T scale{gain * kept * IfThenElse(stayed > one, one / stayed, one)};
-  return {scale, (unseen + misplaced) * of(step.prior_static) + changed * born_standing - scale * displaced,
-          (unseen + misplaced) * of(step.prior_moving) + changed * born_moving, gain * remembered};
+  return {scale, (unseen + misplaced) * of(step.prior_static) + changed * birth_static - scale * displaced,
+          (unseen + misplaced) * of(step.prior_moving) + changed * birth_moving, gain * remembered};
 }
 
 /// The same for the sums over a cell's masses. New mass has mean velocity 0.
 template <class T>
 STEREOGRID_HD inline LatticeSums<T> updated(const FilterStep& step, const UpdateOfCell<T>& update,
                                             const LatticeSums<T>& arrived) {
-  const T spread{update.born_moving * number(arrived.mass, step.lattice_squares)};
+  const T spread{update.birth_moving * number(arrived.mass, step.lattice_squares)};
   return {update.occupancy,          update.scale * arrived.x,
           update.scale * arrived.y,  update.scale * arrived.xx + spread,
           update.scale * arrived.xy, update.scale * arrived.yy + spread};
@@ -267,10 +267,10 @@ STEREOGRID_HD inline CellAfter<T> updated_evenly(const FilterStep& step, T stand
                                                  const ViewOfCell<T>& view) {
   const T total{standing + number(each, step.moving_velocities) * each};
   const UpdateOfCell<T> update{(joint_update)(step, total, standing, age_s, likelihood, view)};
-  const T squares{(update.scale * each + update.born_moving) * number(each, step.lattice_squares)};
+  const T squares{(update.scale * each + update.birth_moving) * number(each, step.lattice_squares)};
   const T none{number(each, 0.0f)};
   const CellAfter<T> seen{update.occupancy,
-                          update.scale * standing + update.born_standing,
+                          update.scale * standing + update.birth_static,
                           {update.occupancy, none, none, squares, none, squares}};
   return (either)(is_unseen, (unseen_cell)(step, each), seen);
 }

@@ -51,7 +51,7 @@ void find_ranges(std::span<const VelocityEvidence> evidence, FilterState& state,
 // The evidence of a range.
 class RangeWeigher {
  public:
-  /// `starts`: of each evidence; see WeighingSpace.
+  /// `starts`: of each evidence; see WeighingWorkspace.
   RangeWeigher(std::span<const VelocityEvidence> evidence, std::span<std::uint8_t> starts, const FilterTables& tables,
                FilterState& state, GridLayers& layers)
       : evidence_{evidence}, starts_{starts}, tables_{tables}, state_{state}, layers_{layers} {}
@@ -141,7 +141,7 @@ class RangeWeigher {
 }  // namespace
 
 void weigh_velocities(Cpu& cpu, std::span<const VelocityEvidence> evidence, const FilterTables& tables,
-                      WeighingSpace& space, FilterState& state, GridLayers& layers) {
+                      WeighingWorkspace& space, FilterState& state, GridLayers& layers) {
   const auto weigh = [&](auto run) {
     find_ranges(evidence, state, space.ranges);
     const std::span<const EvidenceRange> ranges{space.ranges};
@@ -160,10 +160,10 @@ void weigh_velocities(Cpu& cpu, std::span<const VelocityEvidence> evidence, cons
   for (std::size_t i{0}; i < evidence.size(); ++i) {
     const int x{evidence[i].cell % width};
     const int y{evidence[i].cell / width};
-    state.forget_kind(x, y);
+    state.invalidate_kind(x, y);
     if (space.starts[i] != 0) state.blocks.want(layout.block_of(x, y));
   }
-  begin_wanted_blocks(tables, state);
+  allocate_marked_blocks(tables, state);
   weigh(&RangeWeigher::run_starting);
 }
 

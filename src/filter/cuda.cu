@@ -82,7 +82,8 @@ __global__ void __launch_bounds__(warps_max* warp, 4)
   }
 }
 
-__global__ void begin_anew(const FilterMotion* motion, FilterModel model, JointPointers state, int count, int blocks) {
+__global__ void request_reset(const FilterMotion* motion, FilterModel model, JointPointers state, int count,
+                              int blocks) {
   const int i{static_cast<int>(blockIdx.x * prepare_threads + threadIdx.x)};
   if (i <= blocks) state.slots[i] = i < blocks ? -1 : 0;
   if (i >= count) return;
@@ -91,7 +92,7 @@ __global__ void begin_anew(const FilterMotion* motion, FilterModel model, JointP
     state.mass[static_cast<std::size_t>(k) * count + i] = prior_of(step, k);
   }
   state.scale[i] = 1;
-  state.born_standing[i] = state.born_moving[i] = 0;
+  state.birth_static[i] = state.birth_moving[i] = 0;
   state.standing[i] = 0.5f * step.prior_static;
   state.occupancy[i] = 0.5f;
   state.age_s[i] = INFINITY;
@@ -147,8 +148,8 @@ FilterStateOnDevice::FilterStateOnDevice(Cuda& cuda, const FilterConfig& config,
     : mass{masses_of(config, cells)},
       slots{static_cast<std::size_t>(BlockLayout{cells}.count()) + 2},
       scale{cells, cells},
-      born_standing{cells, cells},
-      born_moving{cells, cells},
+      birth_static{cells, cells},
+      birth_moving{cells, cells},
       occupancy{cells, cells},
       standing{cells, cells},
       age_s{cells, cells} {
@@ -182,7 +183,7 @@ FilterOnDevice::FilterOnDevice(Cuda& cuda, const FilterConfig& config, const Fil
 void reset(Cuda& cuda, const FilterOnDevice& filter, const FilterMotion* motion, FilterStateOnDevice& state) {
   const int count{static_cast<int>(state.scale.size())};
   const int blocks{static_cast<int>(state.slots.size()) - 2};
-  launch(cuda, begin_anew, blocks_for(count + 1, prepare_threads), prepare_threads, 0, motion, filter.model,
+  launch(cuda, request_reset, blocks_for(count + 1, prepare_threads), prepare_threads, 0, motion, filter.model,
          joint_pointers(state), count, blocks);
 }
 

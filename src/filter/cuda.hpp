@@ -31,7 +31,7 @@ struct FilterStateOnDevice {
   void for_each_array(const Work& work) {
     work(mass.data(), mass.size());
     work(slots.data(), slots.size());
-    for (DeviceImage<float>* image : {&scale, &born_standing, &born_moving, &occupancy, &standing, &age_s}) {
+    for (DeviceImage<float>* image : {&scale, &birth_static, &birth_moving, &occupancy, &standing, &age_s}) {
       work(image->data(), image->size());
     }
   }
@@ -40,8 +40,8 @@ struct FilterStateOnDevice {
   DeviceBuffer<int> slots;   ///< joint: of each block; negative: none. Behind them, how many are used, and were before
                              ///< the last ones were given away.
   DeviceImage<float> scale;
-  DeviceImage<float> born_standing;
-  DeviceImage<float> born_moving;
+  DeviceImage<float> birth_static;
+  DeviceImage<float> birth_moving;
   DeviceImage<float> occupancy;
   DeviceImage<float> standing;  ///< joint
   DeviceImage<float> age_s;
@@ -88,8 +88,8 @@ struct FilterOnDevice {
   int capacity;                  ///< blocks that can have masses at a time
   float each_moving;             ///< see FilterTables
   MovingFrom moving_from;        ///< likewise
-  DeviceImage<float> even;       ///< FilterSpace::even
-  DeviceImage<float> spread;     ///< FilterSpace::spread
+  DeviceImage<float> even;       ///< FilterWorkspace::even
+  DeviceImage<float> spread;     ///< FilterWorkspace::spread
   DeviceBuffer<CellBox> moving;  ///< by block of the last state: its moving cells
   DeviceBuffer<int> starts;      ///< by evidence: starts a moving cell whose block has no masses
 };

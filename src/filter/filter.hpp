@@ -13,7 +13,7 @@
 #include "filter/joint/moving_blocks.hpp"
 #include "filter/model.hpp"
 #include "geometry/window.hpp"
-#include "held_bytes.hpp"
+#include "memory_bytes.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/frame.hpp"
 #include "stereogrid/grid.hpp"
@@ -34,7 +34,7 @@ std::vector<Point2> velocity_lattice(const FilterConfig& config);
 struct FilterTables {
   explicit FilterTables(const FilterConfig& config);
 
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(lattice, axis_mps, likelihood); }
+  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(lattice, axis_mps, likelihood); }
 
   std::vector<Point2> lattice;
   std::vector<float> axis_mps;    ///< its velocities along either axis
@@ -44,11 +44,11 @@ struct FilterTables {
 };
 
 /// Working memory of a step on the CPU: what prediction reads of the step before.
-struct FilterSpace {
-  FilterSpace(int cells, std::size_t velocities, FilterModel model);
+struct FilterWorkspace {
+  FilterWorkspace(int cells, std::size_t velocities, FilterModel model);
 
-  [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(from, gained, standing, still_occupied, even, spread, moving, active);
+  [[nodiscard]] std::size_t memory_bytes() const {
+    return memory_bytes_of(from, gained, standing, still_occupied, even, spread, moving, active);
   }
 
   std::vector<Antecedents> from;  ///< by velocity
@@ -79,7 +79,7 @@ struct FilterState {
   template <class State>
   void exchange(State& state) {
     state(geometry, velocity, standing, blocks, occupancy, age_s);
-    if constexpr (requires { state.require(true); }) forget_kinds();
+    if constexpr (requires { state.require(true); }) invalidate_kinds();
   }
 
   /// joint: see cell_formulas.hpp.
@@ -95,20 +95,22 @@ struct FilterState {
     });
   }
 
-  void forget_kinds() { std::fill(kinds.begin(), kinds.end(), BlockKind::any); }
+  void invalidate_kinds() { std::fill(kinds.begin(), kinds.end(), BlockKind::any); }
   /// The cell has been changed, other than by a step.
-  void forget_kind(int x, int y) { kinds[static_cast<std::size_t>(blocks.layout().block_of(x, y))] = BlockKind::any; }
+  void invalidate_kind(int x, int y) {
+    kinds[static_cast<std::size_t>(blocks.layout().block_of(x, y))] = BlockKind::any;
+  }
   [[nodiscard]] bool is_unseen(int block) const { return kinds[static_cast<std::size_t>(block)] == BlockKind::unseen; }
 
-  [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(velocity, standing, blocks, space, occupancy, age_s, kinds);
+  [[nodiscard]] std::size_t memory_bytes() const {
+    return memory_bytes_of(velocity, standing, blocks, space, occupancy, age_s, kinds);
   }
 
   GridGeometry geometry;               ///< geometry of the last step; nx = 0: no step yet
   std::vector<Image<float>> velocity;  ///< tay2008: [k], P(v_k)
   Image<float> standing;               ///< joint: P(occupied, standstill)
   MovingBlocks blocks;                 ///< joint: P(occupied, v_k), where not all moving velocities are alike
-  FilterSpace space;                   ///< for the step that writes into this state
+  FilterWorkspace space;               ///< for the step that writes into this state
   Image<float> occupancy;              ///< P(occupied)
   Image<float> age_s;
   std::vector<BlockKind> kinds;  ///< joint: of each block
@@ -156,10 +158,10 @@ struct EvidenceRange {
 };
 
 /// Working memory of `weigh_velocities` on the CPU.
-struct WeighingSpace {
-  WeighingSpace(int cells, const FilterTables& tables, int threads);
+struct WeighingWorkspace {
+  WeighingWorkspace(int cells, const FilterTables& tables, int threads);
 
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(ranges, masses, starts); }
+  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(ranges, masses, starts); }
 
   std::vector<EvidenceRange> ranges;
   std::vector<std::vector<float>> masses;  ///< by part of the work: [velocity][cell of a range], and two for each v_x
@@ -177,9 +179,9 @@ void filter(Reference& reference, const FilterInput& input, View<const float> ob
 /// Updates a state of FilterModel::joint with measured velocities, and its layers of motion. `evidence`: by ascending
 /// cell, one for a cell.
 void weigh_velocities(Cpu& cpu, std::span<const VelocityEvidence> evidence, const FilterTables& tables,
-                      WeighingSpace& space, FilterState& state, GridLayers& layers);
+                      WeighingWorkspace& space, FilterState& state, GridLayers& layers);
 void weigh_velocities(Reference& reference, std::span<const VelocityEvidence> evidence, const FilterTables& tables,
-                      WeighingSpace& space, FilterState& state, GridLayers& layers);
+                      WeighingWorkspace& space, FilterState& state, GridLayers& layers);
 /// By the reference it needs none.
 void weigh_velocities(Reference& reference, std::span<const VelocityEvidence> evidence, const FilterTables& tables,
                       FilterState& state, GridLayers& layers);
@@ -209,7 +211,7 @@ class CellWeigher {
 };
 
 /// Assigns masses to the marked blocks while there is room: their cells' mass, spread evenly.
-void begin_wanted_blocks(const FilterTables& tables, FilterState& state);
+void allocate_marked_blocks(const FilterTables& tables, FilterState& state);
 
 inline void write_velocity(const VelocityEstimate& velocity, int x, int y, GridLayers& layers) {
   layers.velocity_x(x, y) = velocity.x;

@@ -46,11 +46,11 @@ FilterTables::FilterTables(const FilterConfig& config) : lattice{velocity_lattic
     const double p{static_cast<double>(i) / likelihood_steps};
     likelihood.push_back(static_cast<float>(std::pow(p, config.likelihood_exponent)));
   }
-  moving_from = config.scene_flow ? moving_told : moving_found;
+  moving_from = config.scene_flow ? moving_from_flow : moving_found;
   each_moving = lattice.size() > 1 ? 1 / static_cast<float>(lattice.size() - 1) : 0.0f;
 }
 
-WeighingSpace::WeighingSpace(int cells, const FilterTables& tables, int threads)
+WeighingWorkspace::WeighingWorkspace(int cells, const FilterTables& tables, int threads)
     : masses(static_cast<std::size_t>(threads * parts_of_a_thread),
              std::vector<float>((tables.lattice.size() + 2 * tables.axis_mps.size()) * block_columns)),
       starts(static_cast<std::size_t>(cells) * static_cast<std::size_t>(cells)) {
@@ -63,7 +63,7 @@ GridLayers grid_layers(const GridGeometry& geometry) {
   return {geometry, zero, zero, zero, zero, zero, zero, zero, zero};
 }
 
-FilterSpace::FilterSpace(int cells, std::size_t velocities, FilterModel model)
+FilterWorkspace::FilterWorkspace(int cells, std::size_t velocities, FilterModel model)
     : from(velocities), gained{cells, cells}, standing{cells, cells}, active{model == FilterModel::joint ? cells : 0} {
   if (model == FilterModel::joint) {
     even = spread = Image<float>{cells, cells};

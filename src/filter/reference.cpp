@@ -27,7 +27,7 @@ FilteredCell joint_cell(const ReferenceStep& step, int x, int y, Likelihood like
                                         likelihood, view_of(constants, x, y))};
   for (std::size_t k{0}; k < mass.size(); ++k) {
     const bool stands{static_cast<int>(k) == constants.standstill()};
-    mass[k] = update.scale * mass[k] + (stands ? update.born_standing : update.born_moving);
+    mass[k] = update.scale * mass[k] + (stands ? update.birth_static : update.birth_moving);
   }
   return {update.occupancy, mass[mass.size() / 2], updated(constants, update, arrived)};
 }
@@ -81,7 +81,7 @@ void filter(Reference& /*reference*/, const FilterInput& input, View<const float
   const Scroll scroll{scroll_between(before.geometry, input.geometry)};
   const ReferenceStep step{constants, input, before, scroll, moving_cells_of(before, constants, scroll)};
   after.blocks.begin(constants, scroll, step.moving);
-  after.forget_kinds();
+  after.invalidate_kinds();
   std::vector<float> masses(input.tables.lattice.size());
   after.geometry = layers.geometry = input.geometry;
   for (int y{0}; y < observed.height; ++y) {
@@ -97,7 +97,7 @@ void filter(Reference& /*reference*/, const FilterInput& input, View<const float
 }
 
 void weigh_velocities(Reference& reference, std::span<const VelocityEvidence> evidence, const FilterTables& tables,
-                      WeighingSpace& /*space*/, FilterState& state, GridLayers& layers) {
+                      WeighingWorkspace& /*space*/, FilterState& state, GridLayers& layers) {
   weigh_velocities(reference, evidence, tables, state, layers);
 }
 
@@ -108,7 +108,7 @@ void weigh_velocities(Reference& /*reference*/, std::span<const VelocityEvidence
   for (const VelocityEvidence& one : evidence) {
     if (!weigher.weigh(one, true)) starting.push_back(one);
   }
-  begin_wanted_blocks(tables, state);
+  allocate_marked_blocks(tables, state);
   for (const VelocityEvidence& one : starting) weigher.weigh(one, false);
 }
 

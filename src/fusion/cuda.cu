@@ -27,7 +27,7 @@ __global__ void fuse_cells(const OtherGridsOnDevice::List* others, const GridInV
 constexpr int hold_threads{256};
 
 // A single block: cells are held in few frames.
-__global__ void hold_cells(const HeldCell* held, const int* count, View<float, Device> cells) {
+__global__ void hold_cells(const RetainedCell* held, const int* count, View<float, Device> cells) {
   for (int i{static_cast<int>(threadIdx.x)}; i < *count; i += hold_threads) {
     float& cell{cells(held[i].cell % cells.width, held[i].cell / cells.width)};
     cell = Max(cell, held[i].occupancy);
@@ -68,7 +68,7 @@ void fuse(Cuda& cuda, const OtherGridsOnDevice& others, const GridInVehicle* gri
          dim3{block_width, block_height}, 0, others.list(), grid, config, cells);
 }
 
-void hold(Cuda& cuda, const HeldCell* held, const int* count, View<float, Device> cells) {
+void hold(Cuda& cuda, const RetainedCell* held, const int* count, View<float, Device> cells) {
   launch(cuda, hold_cells, 1, hold_threads, 0, held, count, cells);
 }
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "backend/cuda.hpp"
-#include "filter/held_cell.hpp"
+#include "filter/retained_cell.hpp"
 #include "fusion/model.hpp"
 #include "observation/projection/model.hpp"
 #include "stereogrid/config.hpp"
@@ -39,6 +39,6 @@ void fuse(Cuda& cuda, const OtherGridsOnDevice& others, const GridInVehicle* gri
           View<float, Device> cells);
 
 /// Raises `cells` to the occupancy of the held ones. `held` and `count` are on the device, or in pinned memory.
-void hold(Cuda& cuda, const HeldCell* held, const int* count, View<float, Device> cells);
+void hold(Cuda& cuda, const RetainedCell* held, const int* count, View<float, Device> cells);
 
 }  // namespace stereogrid

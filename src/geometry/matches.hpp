@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <cstring>
 
-#include "held_bytes.hpp"
 #include "host_device.hpp"
+#include "memory_bytes.hpp"
 #include "stereogrid/image.hpp"
 
 namespace stereogrid {
@@ -25,7 +25,7 @@ STEREOGRID_HD inline bool is_ambiguous(float obstacle) {
 struct Matches {
   Matches(int width, int height) : obstacle{width, height}, road{width, height}, confidence{width, height} {}
 
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(obstacle, road, confidence); }
+  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(obstacle, road, confidence); }
 
   Image<float> obstacle;
   Image<float> road;

@@ -8,7 +8,7 @@
 
 #include "geometry/matches.hpp"
 #include "ground/plane_numbers.hpp"
-#include "held_bytes.hpp"
+#include "memory_bytes.hpp"
 #include "stereogrid/exposure.hpp"
 #include "stereogrid/result.hpp"
 

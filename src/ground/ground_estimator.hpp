@@ -37,12 +37,12 @@ struct SettledGround {
 /// Buffers of GroundEstimator, for one frame at a time.
 struct GroundWorkspace {
   explicit GroundWorkspace(const Rig& level_rig);
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(lattice, counts, samples, search); }
+  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(lattice, counts, samples, search); }
 
   std::vector<GroundSample> lattice;
   std::vector<int> counts;
   PlaneSamples samples;
-  PlaneSearchSpace search;
+  PlaneSearchWorkspace search;
 };
 
 /// Owner of the ground plane: search, fit, checks and the next state, as functions of values. Evidence of planes by

@@ -11,14 +11,14 @@
 
 #include "ground/fast_log.hpp"
 #include "ground/plane_numbers.hpp"
-#include "held_bytes.hpp"
+#include "memory_bytes.hpp"
 
 namespace stereogrid {
 
 /// Disparities of a frame at lattice pixels, of either hypothesis, in the order of their rows.
 struct PlaneSamples {
   [[nodiscard]] std::size_t size() const { return x.size(); }
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(x, y, disparity, weight, fit_weight); }
+  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(x, y, disparity, weight, fit_weight); }
   void reserve(std::size_t count);
   void clear();
 

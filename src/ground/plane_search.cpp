@@ -78,13 +78,13 @@ bool put_through(const PlaneSamples& samples, const std::size_t (&at)[3], bool h
   return plane.per_v > 0;
 }
 
-void sort_by(double PlaneSearchSpace::Scored::*score, std::span<PlaneSearchSpace::Scored> scored) {
+void sort_by(double PlaneSearchWorkspace::Scored::*score, std::span<PlaneSearchWorkspace::Scored> scored) {
   std::ranges::stable_sort(scored, [&](const auto& a, const auto& b) { return a.*score > b.*score; });
 }
 
 void rate(const Rig& rig, const PlaneSamples& samples, const PlanePrior& prior,
-          std::vector<PlaneSearchSpace::Scored>& scored) {
-  for (PlaneSearchSpace::Scored& one : scored) {
+          std::vector<PlaneSearchWorkspace::Scored>& scored) {
+  for (PlaneSearchWorkspace::Scored& one : scored) {
     const PlaneEvidence evidence{evidence_of({one.plane, rig, samples}, samples)};
     const double density{prior.log_density(ground_of(rig, one.plane))};
     one.score = evidence.all + density;
@@ -110,8 +110,8 @@ bool is_new(const std::vector<FittedPlane>& found, const PlaneHypothesis& plane,
 
 // Refines the best hypotheses of distinct planes, until `most` have been tried.
 void refine_best(const Rig& rig, const PlaneSamples& samples, const PlanePrior& prior, double turned_rad,
-                 std::size_t most, PlaneSearchSpace& space) {
-  for (const PlaneSearchSpace::Scored& one : space.scored) {
+                 std::size_t most, PlaneSearchWorkspace& space) {
+  for (const PlaneSearchWorkspace::Scored& one : space.scored) {
     if (space.tried.size() >= most) return;
     const PlaneHypothesis hypothesis{one.plane, rig, samples};
     const auto is_like_it = [&](const PlaneHypothesis& other) { return are_alike(other, hypothesis, samples); };
@@ -126,7 +126,7 @@ void refine_best(const Rig& rig, const PlaneSamples& samples, const PlanePrior& 
 }
 
 void draw(const Rig& rig, const PlaneSamples& samples, double turned_rad, Generator& generator,
-          std::vector<PlaneSearchSpace::Scored>& scored) {
+          std::vector<PlaneSearchWorkspace::Scored>& scored) {
   const std::size_t first{static_cast<std::size_t>((1 - drawn_share) * static_cast<double>(samples.size()))};
   const std::size_t count{samples.size() - first};
   scored.clear();
@@ -165,7 +165,7 @@ bool is_searched(const Ground& ground, double turned_rad) {
          std::abs(ground.roll_rad) < radians(12);
 }
 
-void PlaneSearchSpace::reserve(std::size_t samples) {
+void PlaneSearchWorkspace::reserve(std::size_t samples) {
   few.reserve(std::min(samples, 2 * few_samples));
   some.reserve(std::min(samples, 2 * some_samples));
   scored.reserve(hypotheses);
@@ -232,7 +232,7 @@ FittedPlane fitted_plane(const Rig& rig, const PlaneSamples& samples, const Plan
   return fitted;
 }
 
-void search_planes(const Rig& rig, const PlaneSamples& samples, double turned_rad, PlaneSearchSpace& space) {
+void search_planes(const Rig& rig, const PlaneSamples& samples, double turned_rad, PlaneSearchWorkspace& space) {
   space.found.clear();
   space.tried.clear();
   if (samples.size() < static_cast<std::size_t>(ground_samples_min)) return;
@@ -241,7 +241,7 @@ void search_planes(const Rig& rig, const PlaneSamples& samples, double turned_ra
   thin(samples, few_samples, generator, space.few);
   thin(samples, some_samples, generator, space.some);
   draw(rig, samples, turned_rad, generator, space.scored);
-  using Scored = PlaneSearchSpace::Scored;
+  using Scored = PlaneSearchWorkspace::Scored;
   rate(rig, space.few, prior, space.scored);
   sort_by(&Scored::score, space.scored);
   const std::size_t best{std::min(space.scored.size(), rated_again)};

@@ -41,7 +41,7 @@ struct FittedPlane {
 };
 
 /// Buffers of the search.
-struct PlaneSearchSpace {
+struct PlaneSearchWorkspace {
   struct Scored {
     double score;  ///< evidence and log-density of the prior, nats
     double near;   ///< the same with the evidence of the nearest half alone
@@ -49,7 +49,7 @@ struct PlaneSearchSpace {
   };
 
   void reserve(std::size_t samples);
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(few, some, scored, tried, found); }
+  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(few, some, scored, tried, found); }
 
   PlaneSamples few;   ///< rate every hypothesis
   PlaneSamples some;  ///< rate and refine the best ones
@@ -75,6 +75,6 @@ FittedPlane fitted_plane(const Rig& rig, const PlaneSamples& samples, const Plan
 
 /// The most likely distinct planes in `space.found`, best first: hypotheses through two or three samples, of which the
 /// best are refined. The same samples give the same planes.
-void search_planes(const Rig& rig, const PlaneSamples& samples, double turned_rad, PlaneSearchSpace& space);
+void search_planes(const Rig& rig, const PlaneSamples& samples, double turned_rad, PlaneSearchWorkspace& space);
 
 }  // namespace stereogrid

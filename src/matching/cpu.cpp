@@ -51,7 +51,7 @@ void short_census_rows(CensusOfRow census_of_row, const Padded<std::uint8_t>& gr
 
 // Grey images with borders, the right one also as the road hypothesis sees it, and where there is texture.
 void prepare(Cpu& cpu, View<const std::uint8_t> left, View<const std::uint8_t> right, const RoadPlane& plane,
-             const MatchingConfig& config, MatchingSpace& space) {
+             const MatchingConfig& config, MatchingWorkspace& space) {
   cpu.for_ranges(left.height, rows_grain, [&](int begin, int end) {
     for (int v{begin}; v < end; ++v) {
       space.left.copy_row(v, left.row(v));
@@ -67,11 +67,11 @@ void prepare(Cpu& cpu, View<const std::uint8_t> left, View<const std::uint8_t> r
   });
 }
 
-std::size_t band_memory(const MatchingConfig& config, const MatchingSpace& space) {
+std::size_t band_memory(const MatchingConfig& config, const MatchingWorkspace& space) {
   return correlate_memory(space.left.width(), upright_shifts(config), config.window_px / 2);
 }
 
-void correlate(Cpu& cpu, const RoadPlane& plane, const MatchingConfig& config, MatchingSpace& space,
+void correlate(Cpu& cpu, const RoadPlane& plane, const MatchingConfig& config, MatchingWorkspace& space,
                CandidateSink& sink) {
   const int height{space.left.height()};
   const int bits{compared_bits(config.window_px)};
@@ -91,7 +91,7 @@ void correlate(Cpu& cpu, const RoadPlane& plane, const MatchingConfig& config, M
   });
 }
 
-void optimise_census(Cpu& cpu, const RoadPlane& plane, const MatchingConfig& config, MatchingSpace& space,
+void optimise_census(Cpu& cpu, const RoadPlane& plane, const MatchingConfig& config, MatchingWorkspace& space,
                      CandidateSink& sink) {
   cpu.for_ranges(space.left.height(), rows_grain, [&](int begin, int end) {
     census_rows(space.left, space.census_left, begin, end);
@@ -104,7 +104,7 @@ void optimise_census(Cpu& cpu, const RoadPlane& plane, const MatchingConfig& con
 
 class Decider final : public CandidateSink {
  public:
-  Decider(const RoadPlane& plane, const MatchingConfig& config, MatchingSpace& space, Matches& matches)
+  Decider(const RoadPlane& plane, const MatchingConfig& config, MatchingWorkspace& space, Matches& matches)
       : plane_{plane}, config_{config}, space_{space}, matches_{matches} {}
 
   void take(int v, RowCandidates& candidates) override {
@@ -119,7 +119,7 @@ class Decider final : public CandidateSink {
  private:
   const RoadPlane& plane_;
   const MatchingConfig& config_;
-  MatchingSpace& space_;
+  MatchingWorkspace& space_;
   Matches& matches_;
 };
 
@@ -139,7 +139,7 @@ bool has_vectors() {
 
 }  // namespace
 
-void make_room(Cpu& cpu, const MatchingConfig& config, MatchingSpace& space) {
+void make_room(Cpu& cpu, const MatchingConfig& config, MatchingWorkspace& space) {
   if (!has_vectors()) return;
   const std::size_t bytes{config.method == MatchingMethod::semi_global
                               ? optimise_memory(space.left.width(), space.left.height(), config, cpu.threads())
@@ -148,7 +148,7 @@ void make_room(Cpu& cpu, const MatchingConfig& config, MatchingSpace& space) {
 }
 
 void find_candidates(Cpu& cpu, View<const std::uint8_t> left, View<const std::uint8_t> right, const RoadPlane& plane,
-                     const MatchingConfig& config, MatchingSpace& space, CandidateSink& sink) {
+                     const MatchingConfig& config, MatchingWorkspace& space, CandidateSink& sink) {
   if (!has_vectors()) {
     Reference reference;
     return find_candidates(reference, left, right, plane, config, space, sink);
@@ -163,7 +163,7 @@ void find_candidates(Cpu& cpu, View<const std::uint8_t> left, View<const std::ui
 }
 
 void match(Cpu& cpu, View<const std::uint8_t> left, View<const std::uint8_t> right, const RoadPlane& plane,
-           const MatchingConfig& config, MatchingSpace& space, Matches& matches) {
+           const MatchingConfig& config, MatchingWorkspace& space, Matches& matches) {
   if (!has_vectors()) {
     Reference reference;
     return match(reference, left, right, plane, config, space, matches);

@@ -4,7 +4,7 @@
 
 namespace stereogrid {
 
-MatchingSpaceOnDevice::MatchingSpaceOnDevice(int width, int height, const MatchingConfig& config)
+MatchingWorkspaceOnDevice::MatchingWorkspaceOnDevice(int width, int height, const MatchingConfig& config)
     : textured{width, height},
       upright{width, height},
       level{width, height},
@@ -18,7 +18,7 @@ MatchingSpaceOnDevice::MatchingSpaceOnDevice(int width, int height, const Matchi
 }
 
 void find_candidates(Cuda& cuda, View<const std::uint8_t, Device> left, View<const std::uint8_t, Device> right,
-                     const RoadPlane* plane, const MatchingConfig& config, MatchingSpaceOnDevice& space) {
+                     const RoadPlane* plane, const MatchingConfig& config, MatchingWorkspaceOnDevice& space) {
   if (config.method == MatchingMethod::semi_global) {
     SemiGlobalOnDevice& room{space.semi_global.front()};
     describe(cuda, left, right, plane, room.census);
@@ -31,7 +31,8 @@ void find_candidates(Cuda& cuda, View<const std::uint8_t, Device> left, View<con
 }
 
 void match(Cuda& cuda, View<const std::uint8_t, Device> left, View<const std::uint8_t, Device> right,
-           const RoadPlane* plane, const MatchingConfig& config, MatchingSpaceOnDevice& space, DeviceMatches& matches) {
+           const RoadPlane* plane, const MatchingConfig& config, MatchingWorkspaceOnDevice& space,
+           DeviceMatches& matches) {
   const int least{least_texture(config)};
   if (least > 0) find_texture(cuda, left, config.window_px / 2, least, space.textured.view());
   find_candidates(cuda, left, right, plane, config, space);

@@ -72,8 +72,8 @@ struct SemiGlobalOnDevice {
 };
 
 /// Working memory of `match` on the device. Allocated once per pipeline; DeviceError if there is too little memory.
-struct MatchingSpaceOnDevice {
-  MatchingSpaceOnDevice(int width, int height, const MatchingConfig& config);
+struct MatchingWorkspaceOnDevice {
+  MatchingWorkspaceOnDevice(int width, int height, const MatchingConfig& config);
 
   std::vector<DescribedOnDevice<std::uint8_t>> short_census;  ///< correlation: one
   std::vector<SemiGlobalOnDevice> semi_global;                ///< or one of these
@@ -87,11 +87,12 @@ struct MatchingSpaceOnDevice {
 /// As the other back ends do. `plane` lies on the device. All work goes to the stream, without waiting or allocating,
 /// so that a graph can be made of it.
 void match(Cuda& cuda, View<const std::uint8_t, Device> left, View<const std::uint8_t, Device> right,
-           const RoadPlane* plane, const MatchingConfig& config, MatchingSpaceOnDevice& space, DeviceMatches& matches);
+           const RoadPlane* plane, const MatchingConfig& config, MatchingWorkspaceOnDevice& space,
+           DeviceMatches& matches);
 
 /// The candidates alone, to space.upright and space.level. Exposed for tests.
 void find_candidates(Cuda& cuda, View<const std::uint8_t, Device> left, View<const std::uint8_t, Device> right,
-                     const RoadPlane* plane, const MatchingConfig& config, MatchingSpaceOnDevice& space);
+                     const RoadPlane* plane, const MatchingConfig& config, MatchingWorkspaceOnDevice& space);
 
 /// Splits external disparities; `ground` lies on the device. Confidences are unchanged.
 void split(Cuda& cuda, View<const float, Device> disparity, const Rig& rig, const Ground* ground,

@@ -7,13 +7,13 @@
 
 #include "geometry/matches.hpp"
 #include "geometry/road_plane.hpp"
-#include "held_bytes.hpp"
 #include "matching/checks/candidates.hpp"
 #include "matching/checks/classify_simd.hpp"
 #include "matching/checks/speckles.hpp"
 #include "matching/checks/texture_simd.hpp"
 #include "matching/model.hpp"
 #include "matching/padded.hpp"
+#include "memory_bytes.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/image.hpp"
 
@@ -33,12 +33,12 @@ constexpr int road_margin_px{3};
 constexpr Shifts road_shifts{-road_margin_px, 2 * road_margin_px + 1};
 
 /// Working memory of `match`. Allocated once per pipeline.
-struct MatchingSpace {
-  MatchingSpace(int width, int height, const MatchingConfig& config, int threads);
+struct MatchingWorkspace {
+  MatchingWorkspace(int width, int height, const MatchingConfig& config, int threads);
 
-  [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(left, right, sheared, short_left, short_right_reversed, short_sheared, census_left,
-                         census_right, census_sheared, textured, speckles, memory, rows, decisions, textures);
+  [[nodiscard]] std::size_t memory_bytes() const {
+    return memory_bytes_of(left, right, sheared, short_left, short_right_reversed, short_sheared, census_left,
+                           census_right, census_sheared, textured, speckles, memory, rows, decisions, textures);
   }
 
   Padded<std::uint8_t> left, right, sheared;                             ///< grey levels
@@ -48,13 +48,13 @@ struct MatchingSpace {
   Speckles speckles;
   std::vector<std::uint8_t> memory;  ///< CPU: working memory of the bands, see make_room
   std::vector<RowCandidates> rows;   ///< CPU: of each band
-  std::vector<ClassifySpace> decisions;
-  std::vector<TextureSpace> textures;
+  std::vector<ClassifyWorkspace> decisions;
+  std::vector<TextureWorkspace> textures;
 };
 
 /// Allocates what the CPU works in besides. Without it the first frame does.
-void make_room(Cpu& cpu, const MatchingConfig& config, MatchingSpace& space);
-inline void make_room(Reference& /*reference*/, const MatchingConfig& /*config*/, MatchingSpace& /*space*/) {}
+void make_room(Cpu& cpu, const MatchingConfig& config, MatchingWorkspace& space);
+inline void make_room(Reference& /*reference*/, const MatchingConfig& /*config*/, MatchingWorkspace& /*space*/) {}
 
 /// Double correlation (T-ITS 2012, III-C): every pixel is matched as part of an upright surface (constant disparity in
 /// the window) and of the road (disparity of the plane, window sheared along). The cheaper hypothesis gives label and
@@ -62,17 +62,18 @@ inline void make_room(Reference& /*reference*/, const MatchingConfig& /*config*/
 /// the right image. Cost: Hamming distance of centre-symmetric census, summed over the window; outside the image the
 /// border is repeated.
 void match(Cpu& cpu, View<const std::uint8_t> left, View<const std::uint8_t> right, const RoadPlane& plane,
-           const MatchingConfig& config, MatchingSpace& space, Matches& matches);
+           const MatchingConfig& config, MatchingWorkspace& space, Matches& matches);
 void match(Reference& reference, View<const std::uint8_t> left, View<const std::uint8_t> right, const RoadPlane& plane,
-           const MatchingConfig& config, MatchingSpace& space, Matches& matches);
+           const MatchingConfig& config, MatchingWorkspace& space, Matches& matches);
 
 /// The candidates alone, row by row. Upright shifts and all costs are set everywhere. The CPU's correlation sets other
 /// members only where they can matter: level ones where they cost less than upright ones, upright ones where they can
 /// be accepted. Exposed for tests.
 void find_candidates(Cpu& cpu, View<const std::uint8_t> left, View<const std::uint8_t> right, const RoadPlane& plane,
-                     const MatchingConfig& config, MatchingSpace& space, CandidateSink& sink);
+                     const MatchingConfig& config, MatchingWorkspace& space, CandidateSink& sink);
 void find_candidates(Reference& reference, View<const std::uint8_t> left, View<const std::uint8_t> right,
-                     const RoadPlane& plane, const MatchingConfig& config, MatchingSpace& space, CandidateSink& sink);
+                     const RoadPlane& plane, const MatchingConfig& config, MatchingWorkspace& space,
+                     CandidateSink& sink);
 
 /// The upright hypothesis searches all disparities.
 Shifts upright_shifts(const MatchingConfig& config);

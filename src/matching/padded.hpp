@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "held_bytes.hpp"
+#include "memory_bytes.hpp"
 #include "stereogrid/image.hpp"
 
 namespace stereogrid {
@@ -37,7 +37,7 @@ class Padded {
     repeat_border(v);
   }
 
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(elements_); }
+  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(elements_); }
 
   /// To be called when a row has been written.
   void repeat_border(int v) {

@@ -148,7 +148,8 @@ class Decider final : public CandidateSink {
 }  // namespace
 
 void find_candidates(Reference& reference, View<const std::uint8_t> left, View<const std::uint8_t> right,
-                     const RoadPlane& plane, const MatchingConfig& config, MatchingSpace& space, CandidateSink& sink) {
+                     const RoadPlane& plane, const MatchingConfig& config, MatchingWorkspace& space,
+                     CandidateSink& sink) {
   for (int v{0}; v < left.height; ++v) {
     space.right.copy_row(v, right.row(v));
     for (int u{0}; u < left.width; ++u) {
@@ -164,7 +165,7 @@ void find_candidates(Reference& reference, View<const std::uint8_t> left, View<c
 }
 
 void match(Reference& reference, View<const std::uint8_t> left, View<const std::uint8_t> right, const RoadPlane& plane,
-           const MatchingConfig& config, MatchingSpace& space, Matches& matches) {
+           const MatchingConfig& config, MatchingWorkspace& space, Matches& matches) {
   Decider decider{left, plane, config, matches};
   find_candidates(reference, left, right, plane, config, space, decider);
   space.speckles.remove(speckle_sizes(config), matches);

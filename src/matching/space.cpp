@@ -7,15 +7,15 @@
 #include "matching/matching.hpp"
 
 namespace stereogrid {
-MatchingSpace::MatchingSpace(int width, int height, const MatchingConfig& config, int threads)
+MatchingWorkspace::MatchingWorkspace(int width, int height, const MatchingConfig& config, int threads)
     : left{width, height, row_overrun},
       right{width, height, row_overrun},
       sheared{width, height, row_overrun},
       textured{width, height, row_overrun},
       speckles{width, height, threads},
       rows(static_cast<std::size_t>(threads), RowCandidates{width}),
-      decisions(static_cast<std::size_t>(threads), ClassifySpace{width}),
-      textures(static_cast<std::size_t>(threads), TextureSpace{width, config.window_px / 2}) {
+      decisions(static_cast<std::size_t>(threads), ClassifyWorkspace{width}),
+      textures(static_cast<std::size_t>(threads), TextureWorkspace{width, config.window_px / 2}) {
   if (config.method == MatchingMethod::semi_global) {
     for (auto* census : {&census_left, &census_right, &census_sheared}) *census = {width, height, row_overrun};
   } else {

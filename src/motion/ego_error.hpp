@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "held_bytes.hpp"
+#include "memory_bytes.hpp"
 #include "motion/symmetric2.hpp"
 #include "stereogrid/camera.hpp"
 #include "stereogrid/frame.hpp"
@@ -39,7 +39,7 @@ class EgoError {
   /// Constant that all disparities are too small by.
   [[nodiscard]] double offset_px() const { return sum_.mean().y; }
 
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(samples_); }
+  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(samples_); }
 
   template <class State>
   void exchange(State& state) {

@@ -161,12 +161,12 @@ bool SceneFlow::follow(int i, const FlowFrame& frame) {
   if (!found || *found < disparity_min_px) return false;
   const Point2 place{frame.world_from_vehicle * in_vehicle(*left, *found)};
   if (std::hypot(place.x - last.x, place.y - last.y) > speed_max_mps * frame.dt_s) return false;
-  sight(point, *left, *found, place);
+  add_observation(point, *left, *found, place);
   return true;
 }
 
 // The velocity is the slope of the line through the latest places (least squares).
-void SceneFlow::sight(Point& point, Place left, float disparity, Point2 place) const {
+void SceneFlow::add_observation(Point& point, Place left, float disparity, Point2 place) const {
   point.left = left;
   point.disparity = disparity;
   std::rotate(point.latest.begin(), point.latest.end() - 1, point.latest.end());

@@ -10,10 +10,10 @@
 
 #include "geometry/match_lattice.hpp"
 #include "geometry/matches.hpp"
-#include "held_bytes.hpp"
 #include "images/patch.hpp"
 #include "images/row_alignment/model.hpp"
 #include "images/smoothing.hpp"
+#include "memory_bytes.hpp"
 #include "motion/ego_error.hpp"
 #include "motion/symmetric2.hpp"
 #include "stereogrid/camera.hpp"
@@ -80,8 +80,8 @@ class SceneFlow {
   /// once.
   [[nodiscard]] std::size_t points_reserved() const { return 2 * candidates_.size(); }
 
-  [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(left_before_, left_, right_, points_, vectors_, ego_error_, is_taken_, candidates_);
+  [[nodiscard]] std::size_t memory_bytes() const {
+    return memory_bytes_of(left_before_, left_, right_, points_, vectors_, ego_error_, is_taken_, candidates_);
   }
 
   template <class State>
@@ -113,7 +113,7 @@ class SceneFlow {
   };
 
   bool follow(int i, const FlowFrame& frame);
-  void sight(Point& point, Place left, float disparity, Point2 place) const;
+  void add_observation(Point& point, Place left, float disparity, Point2 place) const;
   [[nodiscard]] std::optional<Place> in_left(const Point& point, const ScaledPatch& patch, Place expected,
                                              double dt_s) const;
   [[nodiscard]] std::optional<float> disparity_of(const Point& point, const ScaledPatch& patch, Place left,

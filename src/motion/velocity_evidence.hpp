@@ -8,7 +8,7 @@
 
 #include "filter/filter.hpp"
 #include "filter/joint/evidence.hpp"
-#include "held_bytes.hpp"
+#include "memory_bytes.hpp"
 #include "motion/scene_flow.hpp"
 #include "motion/symmetric2.hpp"
 #include "stereogrid/grid.hpp"
@@ -35,8 +35,8 @@ class EvidenceMap {
     return evidence_;
   }
 
-  [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(sums_, axis_mps_, touched_, rows_, averages_, points_, evidence_);
+  [[nodiscard]] std::size_t memory_bytes() const {
+    return memory_bytes_of(sums_, axis_mps_, touched_, rows_, averages_, points_, evidence_);
   }
 
  private:

@@ -6,8 +6,8 @@
 #include <limits>
 #include <utility>
 
-#include "held_bytes.hpp"
 #include "matching/checks/external.hpp"
+#include "memory_bytes.hpp"
 #include "pipeline/checks.hpp"
 #include "stereogrid/error.hpp"
 
@@ -92,8 +92,8 @@ void FrameInput::restart() {
   ego_motion_.restart();
 }
 
-std::size_t FrameInput::held_bytes() const {
-  return held_bytes_of(left_, right_, disparity_);
+std::size_t FrameInput::memory_bytes() const {
+  return memory_bytes_of(left_, right_, disparity_);
 }
 
 }  // namespace stereogrid

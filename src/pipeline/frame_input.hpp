@@ -41,7 +41,7 @@ class FrameInput {
   /// Makes the next frame a first one.
   void restart();
 
-  [[nodiscard]] std::size_t held_bytes() const;
+  [[nodiscard]] std::size_t memory_bytes() const;
   template <class State>
   void exchange(State& state) {
     state(clock_, ego_motion_);

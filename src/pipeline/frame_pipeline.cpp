@@ -225,7 +225,7 @@ const HeldObstacles& FramePipeline::update_tracks(const LevelFrame& frame, const
 
 MemoryUse FramePipeline::memory_use() const {
   MemoryUse use{stages_->memory_use()};
-  use.host_bytes += sizeof *this + held_bytes_of(state_, ground_space_, velocity_evidence_, clusters_);
+  use.host_bytes += sizeof *this + memory_bytes_of(state_, ground_space_, velocity_evidence_, clusters_);
   return use;
 }
 

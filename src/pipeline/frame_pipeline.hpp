@@ -69,7 +69,7 @@ class FramePipeline {
   // working memory
   GroundWorkspace ground_space_;
   EvidenceMap velocity_evidence_;
-  ClusterSpace clusters_;
+  ClusterWorkspace clusters_;
 };
 
 }  // namespace stereogrid

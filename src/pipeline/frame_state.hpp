@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "ground/ground_estimator.hpp"
-#include "held_bytes.hpp"
 #include "images/row_alignment/row_alignment.hpp"
+#include "memory_bytes.hpp"
 #include "motion/scene_flow.hpp"
 #include "obstacles/segmentation/near_obstacles.hpp"
 #include "obstacles/tracking/tracking.hpp"
@@ -46,8 +46,8 @@ struct FrameState {
     if (terrain) state(*terrain);
   }
 
-  [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(alignment, scene_flow, tracker, near) + (terrain ? held_bytes_of(*terrain) : 0);
+  [[nodiscard]] std::size_t memory_bytes() const {
+    return memory_bytes_of(alignment, scene_flow, tracker, near) + (terrain ? memory_bytes_of(*terrain) : 0);
   }
 
   bool is_first{true};

@@ -16,7 +16,7 @@
 #include "observation/projection/projection.hpp"
 #include "observation/rays/rays.hpp"
 #include "observation/u_disparity/u_disparity.hpp"
-#include "pipeline/host_space.hpp"
+#include "pipeline/host_workspace.hpp"
 #include "pipeline/results.hpp"
 #include "pipeline/stages.hpp"
 #include "pipeline/stopwatch.hpp"
@@ -38,13 +38,13 @@ class HostStages final : public Stages {
         space_{config, rig_, vehicle_grid_of(config.grid), cpu.threads()} {
     make_room(back_end_, config.matching, space_.matching);
     if (options.predictions)
-      space_.prediction = std::make_unique<PredictionSpace>(space_.next.occupancy.width(), config.filter);
-    set_memory_use({sizeof *this + space_.held_bytes(), 0});
+      space_.prediction = std::make_unique<PredictionWorkspace>(space_.next.occupancy.width(), config.filter);
+    set_memory_use({sizeof *this + space_.memory_bytes(), 0});
   }
 
   void match(const LevelFrame& frame, const FrameGrids&, const RowAlignment& rows, const MatchGround& ground) override {
     const ScopedTimer timer{times_.match};
-    HostSpace& s{space_};
+    HostWorkspace& s{space_};
     if (ground.surface != nullptr) {
       split_surfaces(back_end_, frame.disparity, rig_, ground.plane, *ground.surface, config_.matching, s.heights,
                      s.matches);
@@ -74,7 +74,7 @@ class HostStages final : public Stages {
   void filter(const LevelFrame& frame, const FrameGrids& grids, std::span<const VelocityEvidence> velocities,
               FrameResult& result) override {
     const ScopedTimer timer{times_.filter};
-    HostSpace& s{space_};
+    HostWorkspace& s{space_};
     if (grids.is_first) reset(s.filtered, config_.filter, grids.window);
     const bool is_reused{&result == options_.reused};
     const std::vector<BlockKind>* const kinds_before{is_reused ? &s.block_kinds : nullptr};
@@ -112,7 +112,7 @@ class HostStages final : public Stages {
  private:
   // A prediction is a step in which nothing is seen.
   void predict(const Pose2& world_from_vehicle, FrameResult& result) {
-    PredictionSpace& ahead{*space_.prediction};
+    PredictionWorkspace& ahead{*space_.prediction};
     for (Prediction& prediction : result.predictions) {
       stereogrid::filter(back_end_, {config_.filter, space_.filter_tables, result.world.geometry, prediction.horizon_s},
                          ahead.nothing.view(), space_.filtered, ahead.state, ahead.layers);
@@ -123,7 +123,7 @@ class HostStages final : public Stages {
 
   void count(const Evidence& evidence, StageImages& stages) {
     const ScopedTimer timer{times_.count};
-    HostSpace& s{space_};
+    HostWorkspace& s{space_};
     s.rays.blur_px = evidence.blur_px;
     s.rays.relief = evidence.rules.relief;
     if (counts_rays()) count_rays(back_end_, s.matches, rig_, evidence.ground, config_.u_disparity, s.rays);
@@ -152,11 +152,12 @@ class HostStages final : public Stages {
     });
   }
 
-  void fuse(const LevelFrame& frame, const FrameGrids& grids, std::span<const HeldCell> held, Image<float>& observed) {
+  void fuse(const LevelFrame& frame, const FrameGrids& grids, std::span<const RetainedCell> held,
+            Image<float>& observed) {
     const ScopedTimer timer{times_.project};
     stereogrid::fuse(back_end_, frame.other_grids, grids.vehicle_cells, config_.fusion, observed.view());
     stereogrid::fuse(back_end_, frame.other_grids, grids.window_cells, config_.fusion, space_.observed_world.view());
-    for (const HeldCell& one : held) {
+    for (const RetainedCell& one : held) {
       float& cell{space_.observed_world.data()[one.cell]};
       cell = std::max(cell, one.occupancy);
     }
@@ -187,7 +188,7 @@ class HostStages final : public Stages {
   StagesOptions options_;
   Cpu& cpu_;
   BackEndType& back_end_;
-  HostSpace space_;
+  HostWorkspace space_;
   HostMatches host_matches_{space_.matches, space_.matches.obstacle.view(), space_.matches.road.view()};
 
   StageTimes times_;  ///< times of a frame's stages

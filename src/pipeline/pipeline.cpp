@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "backend/cpu.hpp"
-#include "held_bytes.hpp"
 #include "matching/correlation/correlate_simd.hpp"
+#include "memory_bytes.hpp"
 #include "pipeline/checks.hpp"
 #include "pipeline/cuda_library.hpp"
 #include "pipeline/extrinsics.hpp"
@@ -325,7 +325,7 @@ MemoryUse Pipeline::memory_use() const {
   const Implementation& self{implementation()};
   MemoryUse use{self.frames->memory_use()};
   use.host_bytes +=
-      sizeof self + self.input.held_bytes() + held_bytes_of(self.options.mask, self.result, self.unwanted_stages);
+      sizeof self + self.input.memory_bytes() + memory_bytes_of(self.options.mask, self.result, self.unwanted_stages);
   return use;
 }
 BackEnd Pipeline::back_end() const {

@@ -87,22 +87,22 @@ FrameResult empty_result(const Config& config, const Rig& rig) {
   return result;
 }
 
-std::size_t held_bytes(const GridLayers& layers) {
-  return held_bytes_of(layers.occupancy, layers.velocity_x, layers.velocity_y, layers.age_s, layers.velocity_xx,
-                       layers.velocity_xy, layers.velocity_yy, layers.moving);
+std::size_t memory_bytes(const GridLayers& layers) {
+  return memory_bytes_of(layers.occupancy, layers.velocity_x, layers.velocity_y, layers.age_s, layers.velocity_xx,
+                         layers.velocity_xy, layers.velocity_yy, layers.moving);
 }
 
-std::size_t held_bytes(const StageImages& stages) {
-  return held_bytes_of(stages.obstacle_disparity, stages.road_disparity, stages.match_confidence, stages.ambiguous,
-                       stages.possible, stages.visible, stages.observed, stages.visibility, stages.obstacle_confidence,
-                       stages.road_confidence, stages.occupancy, stages.occupancy_smooth);
+std::size_t memory_bytes(const StageImages& stages) {
+  return memory_bytes_of(stages.obstacle_disparity, stages.road_disparity, stages.match_confidence, stages.ambiguous,
+                         stages.possible, stages.visible, stages.observed, stages.visibility,
+                         stages.obstacle_confidence, stages.road_confidence, stages.occupancy, stages.occupancy_smooth);
 }
 
-std::size_t held_bytes(const FrameResult& result) {
-  std::size_t bytes{held_bytes_of(result.observed, result.elevation_m, result.elevation_sigma_m, result.terrain,
-                                  result.vehicle, result.world, result.obstacles, result.stages, result.status)};
+std::size_t memory_bytes(const FrameResult& result) {
+  std::size_t bytes{memory_bytes_of(result.observed, result.elevation_m, result.elevation_sigma_m, result.terrain,
+                                    result.vehicle, result.world, result.obstacles, result.stages, result.status)};
   bytes += result.predictions.capacity() * sizeof(Prediction);
-  for (const Prediction& one : result.predictions) bytes += held_bytes_of(one.occupancy, one.world_occupancy);
+  for (const Prediction& one : result.predictions) bytes += memory_bytes_of(one.occupancy, one.world_occupancy);
   return bytes;
 }
 

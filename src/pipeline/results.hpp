@@ -27,8 +27,8 @@ FrameResult empty_result(const Config& config, const Rig& level_rig);
 /// Share of the pixels that have a disparity.
 double share_matched(const Image<float>& disparity);
 
-std::size_t held_bytes(const GridLayers& layers);
-std::size_t held_bytes(const StageImages& stages);
-std::size_t held_bytes(const FrameResult& result);
+std::size_t memory_bytes(const GridLayers& layers);
+std::size_t memory_bytes(const StageImages& stages);
+std::size_t memory_bytes(const FrameResult& result);
 
 }  // namespace stereogrid

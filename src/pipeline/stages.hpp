@@ -9,14 +9,14 @@
 #include <variant>
 
 #include "filter/filter.hpp"
-#include "filter/held_cell.hpp"
 #include "filter/joint/evidence.hpp"
+#include "filter/retained_cell.hpp"
 #include "geometry/grid_in_vehicle.hpp"
 #include "geometry/matches.hpp"
 #include "ground/plane_numbers.hpp"
-#include "held_bytes.hpp"
 #include "images/row_alignment/row_alignment.hpp"
 #include "matching/checks/mask.hpp"
+#include "memory_bytes.hpp"
 #include "pipeline/saved_state.hpp"
 #include "stereogrid/pipeline.hpp"
 #include "terrain/rules.hpp"
@@ -63,11 +63,12 @@ struct HostMatches {
 
 /// Input of a frame's grids beside its matches.
 struct Evidence {
-  bool is_usable{true};              ///< false: both grids are unknown, but for the frame's other grids and `held`
-  Ground ground{};                   ///< plane under the observed grids
-  TerrainRules rules{};              ///< empty: none
-  float blur_px{0};                  ///< see blur_of
-  std::span<const HeldCell> held{};  ///< cells of the window that stay occupied, each once, at most held_cells_max
+  bool is_usable{true};  ///< false: both grids are unknown, but for the frame's other grids and `held`
+  Ground ground{};       ///< plane under the observed grids
+  TerrainRules rules{};  ///< empty: none
+  float blur_px{0};      ///< see blur_of
+  std::span<const RetainedCell>
+      held{};  ///< cells of the window that stay occupied, each once, at most retained_cells_max
 };
 
 /// Constant settings of a back end.
@@ -127,7 +128,7 @@ class Stages {
  protected:
   /// At the end of a constructor: all is allocated there. Without the mask.
   void set_memory_use(const MemoryUse& memory) {
-    memory_ = {memory.host_bytes + held_bytes_of(mask_), memory.device_bytes};
+    memory_ = {memory.host_bytes + memory_bytes_of(mask_), memory.device_bytes};
   }
 
  private:

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "held_bytes.hpp"
+#include "memory_bytes.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/result.hpp"
 #include "terrain/rules.hpp"
@@ -47,8 +47,8 @@ class FrameTerrain {
   void exchange(State& state) {
     state(held_, held_x_m_, held_y_m_);
   }
-  [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(terrain_, edges_, vehicle_rules_, window_rules_, held_, moved_);
+  [[nodiscard]] std::size_t memory_bytes() const {
+    return memory_bytes_of(terrain_, edges_, vehicle_rules_, window_rules_, held_, moved_);
   }
 
  private:

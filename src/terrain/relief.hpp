@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "geometry/relief.hpp"
-#include "held_bytes.hpp"
+#include "memory_bytes.hpp"
 #include "terrain/walk.hpp"
 
 namespace stereogrid {
@@ -34,8 +34,8 @@ class TerrainRelief {
     return ring < judged_rings_ ? ground_m_(ring, sector) : std::numeric_limits<float>::quiet_NaN();
   }
   [[nodiscard]] Relief<Host> view() const { return {rows_.view()}; }
-  [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(elevation_m_, ground_before_, level_before_, ground_m_, noise_m_, border_m_, bins_, rows_);
+  [[nodiscard]] std::size_t memory_bytes() const {
+    return memory_bytes_of(elevation_m_, ground_before_, level_before_, ground_m_, noise_m_, border_m_, bins_, rows_);
   }
 
  private:

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "held_bytes.hpp"
+#include "memory_bytes.hpp"
 #include "numbers.hpp"
 #include "terrain/model.hpp"
 
@@ -35,7 +35,7 @@ class Rings {
   [[nodiscard]] int places() const { return static_cast<int>(ring_at_.size()) - 1; }
   [[nodiscard]] int at_place(int place) const { return ring_at_[static_cast<std::size_t>(place)]; }
   [[nodiscard]] int capacity() const { return static_cast<int>(borders_m_.size()) - 1; }
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(borders_m_, ring_at_); }
+  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(borders_m_, ring_at_); }
 
  private:
   float cell_m_;

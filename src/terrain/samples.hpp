@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "geometry/relief.hpp"
-#include "held_bytes.hpp"
+#include "memory_bytes.hpp"
 #include "stereogrid/image.hpp"
 #include "terrain/model.hpp"
 #include "terrain/rings.hpp"
@@ -50,8 +50,8 @@ class TerrainSamples {
   void measure_noise(int rings, std::vector<float>& sigma_px) const;
 
   [[nodiscard]] const SectorRows& rows(int sector) const { return rows_[static_cast<std::size_t>(sector)]; }
-  [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(disparity_, x_, z_, upright_, next_, first_, spread_, spread_count_, rows_);
+  [[nodiscard]] std::size_t memory_bytes() const {
+    return memory_bytes_of(disparity_, x_, z_, upright_, next_, first_, spread_, spread_count_, rows_);
   }
 
  private:

@@ -193,9 +193,9 @@ void Terrain::add_edges(std::vector<EdgePoint>& edges) const {
   }
 }
 
-std::size_t Terrain::held_bytes() const {
-  return held_bytes_of(rings_, samples_, sigma_px_, plane_sigma_m_, observed_rings_, cells_, walks_, relief_) +
-         trenches_.held_bytes();
+std::size_t Terrain::memory_bytes() const {
+  return memory_bytes_of(rings_, samples_, sigma_px_, plane_sigma_m_, observed_rings_, cells_, walks_, relief_) +
+         trenches_.memory_bytes();
 }
 
 }  // namespace stereogrid

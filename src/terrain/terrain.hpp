@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "geometry/grid_in_vehicle.hpp"
-#include "held_bytes.hpp"
+#include "memory_bytes.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/image.hpp"
 #include "terrain/polar_places.hpp"
@@ -122,7 +122,7 @@ class Terrain {
   [[nodiscard]] CellGround ground_at(float x_m, const RingPart& part) const;
 
   [[nodiscard]] Relief<Host> relief() const { return relief_.view(); }
-  [[nodiscard]] std::size_t held_bytes() const;
+  [[nodiscard]] std::size_t memory_bytes() const;
 
  private:
   /// Cells begin … end − 1 of a grid's row.

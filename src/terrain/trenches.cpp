@@ -10,7 +10,7 @@
 #include <cstdlib>
 #include <utility>
 
-#include "held_bytes.hpp"
+#include "memory_bytes.hpp"
 
 namespace stereogrid {
 namespace {
@@ -291,9 +291,9 @@ bool TrenchFilter::is_within(const Search& search, const TrenchFit& fit, float g
          fit.rest_px < std::max(search.rest_px, search.rest_share * jump_px);
 }
 
-std::size_t TrenchFilter::held_bytes() const {
-  std::size_t bytes{held_bytes_of(disparity_, found_)};
-  for (const Shape& shape : shapes_) bytes += sizeof(Shape) + held_bytes_of(shape.fall);
+std::size_t TrenchFilter::memory_bytes() const {
+  std::size_t bytes{memory_bytes_of(disparity_, found_)};
+  for (const Shape& shape : shapes_) bytes += sizeof(Shape) + memory_bytes_of(shape.fall);
   return bytes;
 }
 

@@ -48,7 +48,7 @@ class TrenchFilter {
   void connect(const TerrainCamera& camera, const TerrainLimits& limits, const TerrainSamples& samples);
 
   [[nodiscard]] const std::optional<Trench>& at(int sector) const { return found_[static_cast<std::size_t>(sector)]; }
-  [[nodiscard]] std::size_t held_bytes() const;
+  [[nodiscard]] std::size_t memory_bytes() const;
 
  private:
   struct Search;

@@ -199,20 +199,20 @@ TEST(Live, ShowsARun) {
 TEST(Live, RefusesWhatCannotBe) {
   const TemporaryFolder folder;
   const std::string calibration{small_calibration(folder).string()};
-  const auto expect_complaint = [](std::vector<std::string> words, int code, const std::string& part) {
+  const auto expect_error = [](std::vector<std::string> words, int code, const std::string& part) {
     words.insert(words.begin(), "live");
     words.insert(words.end(), {"--listen", ":0"});
     const Outcome outcome{run_tool(words)};
     EXPECT_EQ(outcome.exit_code, code) << part;
     EXPECT_THAT(outcome.errors, HasSubstr(part));
   };
-  expect_complaint({"gst:videotestsrc"}, 64, "--calibration FILE");
-  expect_complaint({"gst:nosuch ! appsink", "--calibration", calibration}, 64, "no element");
-  expect_complaint({"/dev/video97", "--calibration", calibration, "--poses", "poses.txt"}, 64, "--poses of a camera");
-  expect_complaint({"/dev/video97", "--calibration", calibration, "--speed", "2"}, 64, "--speed is of recordings");
-  expect_complaint({"/dev/video97", "--calibration", calibration, "--loop"}, 64, "--loop is of recordings");
-  expect_complaint({(folder / "none").string()}, 65, "no such file");
-  expect_complaint({small_scene("street", ""), "--speed", "0"}, 64, "--speed");
+  expect_error({"gst:videotestsrc"}, 64, "--calibration FILE");
+  expect_error({"gst:nosuch ! appsink", "--calibration", calibration}, 64, "no element");
+  expect_error({"/dev/video97", "--calibration", calibration, "--poses", "poses.txt"}, 64, "--poses of a camera");
+  expect_error({"/dev/video97", "--calibration", calibration, "--speed", "2"}, 64, "--speed is of recordings");
+  expect_error({"/dev/video97", "--calibration", calibration, "--loop"}, 64, "--loop is of recordings");
+  expect_error({(folder / "none").string()}, 65, "no such file");
+  expect_error({small_scene("street", ""), "--speed", "0"}, 64, "--speed");
 }
 
 TEST(Live, ListensOnlyWhereSomethingIsShown) {

@@ -22,13 +22,13 @@ using capture::LiveFrame;
 
 constexpr Rig rig{.width_px = 64, .height_px = 48, .focal_px = 50, .cx_px = 32, .cy_px = 24, .baseline_m = 0.1};
 
-LiveFrame frame(int index, bool begins_anew = false, int width = rig.width_px) {
+LiveFrame frame(int index, bool resets_before = false, int width = rig.width_px) {
   LiveFrame live;
   live.frame.index = index;
   live.frame.stamp_ns = index * std::int64_t{33'000'000};
   live.frame.left = live.frame.right = Image<std::uint8_t>(width, rig.height_px);
   live.captured = capture::Clock::now();
-  live.begins_anew = begins_anew;
+  live.resets_before = resets_before;
   return live;
 }
 
@@ -98,7 +98,7 @@ TEST(PlacedFrames, TheNewestWaitsAndTellsWhatAnEarlierOneBegan) {
   const std::optional<capture::PreparedFrame> last{frames.next(1s)};
   ASSERT_TRUE(last);
   EXPECT_EQ(last->frame.index, 3);
-  EXPECT_TRUE(last->begins_anew);  // frame 2 does, which was dropped
+  EXPECT_TRUE(last->resets_before);  // frame 2 does, which was dropped
   EXPECT_TRUE(last->odometry_ms);
   EXPECT_TRUE(last->frame.world_from_vehicle);
   EXPECT_EQ(counts(frames)["the pipeline was busy"], 3);
@@ -111,11 +111,11 @@ TEST(PlacedFrames, BeginsAnewWhenAsked) {
   listed.source->hold_after(1);
   PlacedFrames frames{listed.input};
   const std::optional<capture::PreparedFrame> before{frames.next(1s)};
-  frames.begin_anew();
+  frames.request_reset();
   listed.source->hold_after(2);
   const std::optional<capture::PreparedFrame> after{frames.next(1s)};
   ASSERT_TRUE(before && after);
-  EXPECT_TRUE(after->begins_anew);
+  EXPECT_TRUE(after->resets_before);
   EXPECT_FALSE(after->odometry_ms);
   EXPECT_FALSE(after->frame.world_from_vehicle);
 }

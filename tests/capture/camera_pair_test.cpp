@@ -225,13 +225,13 @@ TEST(CameraPair, TellsOfANewStreamThoughItsFirstFrameIsLost) {
   CameraPair pair{small_calibration()};
   const auto start{Clock::now()};
   pair.add(view(plain(1)), view(plain(1)), start);
-  EXPECT_FALSE(pair.next(0ms)->begins_anew);
-  pair.begin_anew();
+  EXPECT_FALSE(pair.next(0ms)->resets_before);
+  pair.request_reset();
   pair.add(view(plain(2)), view(plain(2)), start + 1ms);
   pair.add(view(plain(3)), view(plain(3)), start + 2ms);
-  EXPECT_TRUE(pair.next(0ms)->begins_anew);
+  EXPECT_TRUE(pair.next(0ms)->resets_before);
   pair.add(view(plain(4)), view(plain(4)), start + 3ms);
-  EXPECT_FALSE(pair.next(0ms)->begins_anew);
+  EXPECT_FALSE(pair.next(0ms)->resets_before);
 }
 
 }  // namespace

@@ -60,7 +60,7 @@ TEST(GStreamer, BeginsAFileAgain) {
     ASSERT_TRUE(frame);
     EXPECT_GT(frame->frame.stamp_ns, last_ns);
     last_ns = frame->frame.stamp_ns;
-    if (frame->begins_anew) ++rounds;
+    if (frame->resets_before) ++rounds;
   }
 }
 
@@ -103,7 +103,7 @@ TEST(GStreamer, SaysWhatWouldMendAPipelineThatDoesNotFit) {
   EXPECT_THAT(source->fault(), HasSubstr("videoconvert"));
 }
 
-std::string complaint_about(const std::string& description) {
+std::string finding_about(const std::string& description) {
   try {
     static_cast<void>(open_gstreamer(description, small_calibration()));
   } catch (const ConfigError& error) {
@@ -113,10 +113,10 @@ std::string complaint_about(const std::string& description) {
 }
 
 TEST(GStreamer, RefusesWhatIsNoPipeline) {
-  EXPECT_THAT(complaint_about("nosuchelement ! appsink"), HasSubstr("no element \"nosuchelement\""));
-  EXPECT_THAT(complaint_about(""), HasSubstr("gst:"));
-  EXPECT_THAT(complaint_about("videotestsrc ! ! appsink"), HasSubstr("gst:"));
-  EXPECT_THAT(complaint_about("videotestsrc ! appsink name=a videotestsrc ! appsink name=b"), HasSubstr("name=left"));
+  EXPECT_THAT(finding_about("nosuchelement ! appsink"), HasSubstr("no element \"nosuchelement\""));
+  EXPECT_THAT(finding_about(""), HasSubstr("gst:"));
+  EXPECT_THAT(finding_about("videotestsrc ! ! appsink"), HasSubstr("gst:"));
+  EXPECT_THAT(finding_about("videotestsrc ! appsink name=a videotestsrc ! appsink name=b"), HasSubstr("name=left"));
 }
 
 TEST(GStreamer, HasAPipelineForDevices) {

@@ -84,7 +84,7 @@ TEST(Replay, BeginsAgain) {
     ASSERT_TRUE(frame);
     EXPECT_GT(frame->frame.stamp_ns, last_ns);
     last_ns = frame->frame.stamp_ns;
-    if (frame->begins_anew) ++rounds;
+    if (frame->resets_before) ++rounds;
   }
   EXPECT_GE(rounds, 2);
   EXPECT_FALSE(source->has_ended());

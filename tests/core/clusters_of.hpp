@@ -10,7 +10,7 @@ namespace stereogrid::test {
 template <class ForRanges>
 void find_clusters(View<const float> obstacle, const Ground& ground, const GridLayers& world,
                    const Pose2& world_from_vehicle, const std::vector<FlowVector>& vectors, const ForRanges& for_ranges,
-                   ClusterSpace& space) {
+                   ClusterWorkspace& space) {
   find_segments(obstacle, ground, {}, world_from_vehicle, vectors, for_ranges, space);
   make_clusters(world, world_from_vehicle, vectors, {}, space);
 }

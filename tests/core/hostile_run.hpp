@@ -95,7 +95,7 @@ struct Wall {
     return pipeline.process(next);
   }
 
-  void forget_refused(int frames) {
+  void remove_refused(int frames) {
     number -= frames;
     place_m -= frames * speed_mps / 10;
   }

@@ -88,7 +88,7 @@ struct MatchRun {
     }
   }
 
-  MatchingSpace space;
+  MatchingWorkspace space;
   Matches matches;
   Image<Candidate> upright;
   Image<Candidate> level;

@@ -48,7 +48,7 @@ struct PaintedObstacles {
 /// All in one go.
 inline constexpr auto in_one = [](int count, const auto& work) { work(0, count); };
 
-inline ClusterSpace obstacle_space() {
+inline ClusterWorkspace obstacle_space() {
   return {PaintedObstacles::rig(), UDisparityConfig{}, PaintedObstacles::disparities};
 }
 

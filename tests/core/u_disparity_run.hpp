@@ -21,7 +21,7 @@ StageImages counted(BackEndType& back_end, const Matches& matches, const Rig& ri
   stages.visibility = stages.obstacle_confidence = stages.road_confidence = rubbish;
   stages.occupancy = stages.occupancy_smooth = rubbish;
   const UDisparityTables tables{config, height, window_px};
-  UDisparitySpace space{width, height, disparities, 2};
+  UDisparityWorkspace space{width, height, disparities, 2};
   count(back_end, matches, rig, ground, tables, space, stages);
   return stages;
 }

@@ -64,7 +64,7 @@ TEST(one_is_constructed_while_another_thread_records_a_graph) {
   std::string complaint;
   std::thread other{[&] {
     recording.wait();
-    complaint = complaint_of([&] {
+    complaint = error_text_of([&] {
       Runner beside{std::make_unique<CudaStages>(small_config(), small_rig()), small_config(), small_rig()};
       beside.run(street.frame(0), 0);
       beside.run(street.frame(1), 0.1);

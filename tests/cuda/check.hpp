@@ -48,7 +48,7 @@ std::string text_of(const char* expression, const A& a, const B& b) {
 }
 
 /// Message of the exception of `body`; "" without one.
-inline std::string complaint_of(const std::function<void()>& body) {
+inline std::string error_text_of(const std::function<void()>& body) {
   try {
     body();
   } catch (const DeviceError& error) {

@@ -105,8 +105,8 @@ class Run {
   double difference_of_masses() {
     const int cells{geometry_.nx};
     const Image<float> scale{on_host(cuda_, now_on_device_.scale)};
-    const Image<float> born_standing{on_host(cuda_, now_on_device_.born_standing)};
-    const Image<float> born_moving{on_host(cuda_, now_on_device_.born_moving)};
+    const Image<float> birth_static{on_host(cuda_, now_on_device_.birth_static)};
+    const Image<float> birth_moving{on_host(cuda_, now_on_device_.birth_moving)};
     std::vector<float> mass(now_on_device_.mass.size());
     std::vector<int> slots(now_on_device_.slots.size());
     download(cuda_, now_on_device_.mass.data(), mass.size(), mass.data());
@@ -123,7 +123,7 @@ class Run {
         for (int k{0}; k < velocities && slot >= 0; ++k) {
           const std::size_t at{is_joint ? mass_index(slot, velocities, k, x, y)
                                         : static_cast<std::size_t>((k * cells + y) * cells + x)};
-          const float born{is_joint ? (k == velocities / 2 ? born_standing : born_moving)(x, y) : 0.0f};
+          const float born{is_joint ? (k == velocities / 2 ? birth_static : birth_moving)(x, y) : 0.0f};
           const float here{scale(x, y) * mass[at] + born};
           const float expected{mass_of(now_, static_cast<std::size_t>(k), x, y)};
           largest = std::max(largest, static_cast<double>(std::abs(here - expected)));

@@ -68,7 +68,7 @@ class ReferenceRun final : public CandidateSink {
         upright{pair.left.width(), pair.left.height()},
         level{pair.left.width(), pair.left.height()} {
     Reference reference;
-    MatchingSpace space{pair.left.width(), pair.left.height(), config, 1};
+    MatchingWorkspace space{pair.left.width(), pair.left.height(), config, 1};
     find_candidates(reference, pair.left.view(), pair.right.view(), plane, config, space, *this);
     match(reference, pair.left.view(), pair.right.view(), plane, config, space, matches);
   }
@@ -155,7 +155,7 @@ class DeviceRun {
   DeviceImage<std::uint8_t> left_;
   DeviceImage<std::uint8_t> right_;
   DeviceBuffer<RoadPlane> plane_;
-  MatchingSpaceOnDevice space_;
+  MatchingWorkspaceOnDevice space_;
   DeviceMatches matches_;
 };
 

@@ -19,7 +19,7 @@ void check_projection(const Rig& rig, const Image<float>& occupancy, const GridI
   const BinGeometry bins{rig};
   const DeviceImage<float> plane{on_device(cuda, occupancy)};
   const DeviceBuffer<GridInVehicle> place{one_on_device(cuda, grid)};
-  ProjectionSpace unused{occupancy.width(), occupancy.height()};
+  ProjectionWorkspace unused{occupancy.width(), occupancy.height()};
   Image<float> expected{grid.grid.nx, grid.grid.ny};
   project(reference, occupancy.view(), bins, grid, unused, expected.view());
   ProjectionOnDevice space{occupancy.width(), occupancy.height()};

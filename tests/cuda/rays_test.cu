@@ -31,7 +31,7 @@ TEST(rays_are_those_of_the_reference) {
     config.follow_roll = round % 2 == 0;
     Reference reference;
     const bool has_relief{round % 3 == 0};
-    RaySpace expected{width, height, disparities, has_relief};
+    RayWorkspace expected{width, height, disparities, has_relief};
     Image<std::int16_t> relief{2 * disparities, relief_sectors(width)};
     for (std::int16_t& rows : relief) rows = static_cast<std::int16_t>(random.between(-height, height));
     if (has_relief) expected.relief = {std::as_const(relief).view()};

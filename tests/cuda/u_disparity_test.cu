@@ -58,7 +58,7 @@ StageImages counted(const Scene& scene, const UDisparityTables& tables) {
   stages.visible = stages.observed = Image<std::uint16_t>{width, scene.disparities};
   stages.visibility = stages.obstacle_confidence = stages.road_confidence = Image<float>{width, scene.disparities};
   stages.occupancy = stages.occupancy_smooth = stages.visibility;
-  UDisparitySpace space{width, scene.rig.height_px, scene.disparities, 1};
+  UDisparityWorkspace space{width, scene.rig.height_px, scene.disparities, 1};
   Reference reference;
   count(reference, scene.matches, scene.rig, scene.ground, tables, space, stages);
   return stages;

@@ -45,7 +45,7 @@ ObstacleSummary scored(const ObstacleTruth& truth, const std::vector<Obstacle>& 
 
 ObstacleTruth with(std::vector<Thing> things) {
   ObstacleTruth truth;
-  truth.knows_cells = true;
+  truth.has_cell_truth = true;
   truth.things = std::move(things);
   return truth;
 }
@@ -160,7 +160,7 @@ TEST(Obstacles, CoverFreeCells) {
   EXPECT_EQ(s.free_cells, 4U);
   EXPECT_EQ(s.free_covered, 1);
   EXPECT_EQ(s.tracking.false_positives, 2U);
-  EXPECT_TRUE(s.knows_false);
+  EXPECT_TRUE(s.has_complete_truth);
   EXPECT_DOUBLE_EQ(s.area_p90_m2, 8);
   EXPECT_EQ(s.area_median_m2, 8);
 }
@@ -245,8 +245,8 @@ TEST(Obstacles, TruthOfLabelledBoxes) {
   EXPECT_EQ(truth.things[0].velocity_mps.value().x, 5);
   EXPECT_EQ(truth.movers.size(), 2U);
   EXPECT_EQ(truth.movers[0].radius_m, 2);
-  EXPECT_FALSE(truth.knows_cells);
-  EXPECT_FALSE(scored(truth, {}).knows_false);
+  EXPECT_FALSE(truth.has_cell_truth);
+  EXPECT_FALSE(scored(truth, {}).has_complete_truth);
   const Labels labels{lane_labels("0010f1")};
   const ObstacleTruth of_cells{obstacle_truth({}, rig, &labels)};
   EXPECT_EQ(of_cells.free.size(), 2U);  // from 3 m on

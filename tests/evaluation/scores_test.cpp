@@ -76,12 +76,12 @@ TEST(Scores, ClearBandsLeaveHiddenGroundOut) {
   Labels labels(lane_labels("0100"));
   Scores exact;
   exact.add("", grid.view(), labels);
-  EXPECT_FALSE(exact.knows_hidden_ground());
+  EXPECT_FALSE(exact.has_hidden_ground());
   labels.hidden_ground = Image<std::uint8_t>{4, 1};
   labels.hidden_ground(2, 0) = 1;
   Scores scores;
   scores.add("", grid.view(), labels);
-  EXPECT_TRUE(scores.knows_hidden_ground());
+  EXPECT_TRUE(scores.has_hidden_ground());
   EXPECT_EQ(scores.summary(everything).cells, 4);
   EXPECT_NEAR(scores.summary(everything).false_alarms.value, 1.0 / 3, 1e-12);
   const Band clear{everything.from_m, everything.to_m, true};

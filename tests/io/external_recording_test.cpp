@@ -51,7 +51,7 @@ TEST_F(GivenRecording, PlainFolderWithDisparities) {
   EXPECT_EQ(frame.disparity, (Image<float>{small_width_px, small_height_px, 4}));
   EXPECT_EQ(frame.stamp_ns, 100'000'005);
   EXPECT_DOUBLE_EQ(frame.world_from_vehicle->x_m, 1);
-  EXPECT_FALSE(complaint_if_swapped(frame));
+  EXPECT_FALSE(finding_if_swapped(frame));
 }
 
 TEST_F(GivenRecording, DepthBecomesDisparities) {
@@ -114,8 +114,8 @@ TEST_F(GivenRecording, RightImagesMayComeBesideDisparities) {
   put_disparities("given", {"000046", "000047", "000048"});
   InputArguments arguments{{folder_ / "odometry"}, {}, ""};
   arguments.with_right = true;
-  expect_complaint<ConfigError>([&] { static_cast<void>(open_recording(arguments)); },
-                                {"--with-right needs --disparities"});
+  expect_error<ConfigError>([&] { static_cast<void>(open_recording(arguments)); },
+                            {"--with-right needs --disparities"});
   arguments.disparities = folder_ / "given";
   fs::remove(folder_ / "odometry" / "image_1" / "000048.png");
   const auto recording{open_recording(arguments)};
@@ -132,7 +132,7 @@ TEST_F(GivenRecording, AMissingOneIsThatFramesError) {
   const auto recording{open("")};
   ASSERT_EQ(recording->size(), 3U);
   EXPECT_THAT(recording->contents().warnings, ElementsAre(HasSubstr("frame b: the disparity image is missing")));
-  expect_complaint([&] { static_cast<void>(recording->load(1)); }, {"b.png", "disparity image", "missing"});
+  expect_error([&] { static_cast<void>(recording->load(1)); }, {"b.png", "disparity image", "missing"});
   EXPECT_EQ(recording->load(2).disparity(0, 0), 5.0F);
 }
 
@@ -140,20 +140,20 @@ TEST_F(GivenRecording, AnotherSizeIsThatFramesError) {
   put_plain_given();
   write_png(folder_ / "disparity" / "b.png", Image<std::uint16_t>{small_width_px, 32, 512});
   const auto recording{open("")};
-  expect_complaint([&] { static_cast<void>(recording->load(1)); }, {"b.png", "65×33", "65×32", "same size"});
+  expect_error([&] { static_cast<void>(recording->load(1)); }, {"b.png", "65×33", "65×32", "same size"});
   EXPECT_EQ(recording->load(0).disparity(0, 0), 3.0F);
 }
 
 TEST_F(GivenRecording, FoldersThatCannotBeUsed) {
   put_plain_given();
-  expect_complaint([&] { static_cast<void>(open("", folder_ / "nowhere")); }, {"nowhere", "no such folder"});
+  expect_error([&] { static_cast<void>(open("", folder_ / "nowhere")); }, {"nowhere", "no such folder"});
   fs::create_directories(folder_ / "empty");
-  expect_complaint([&] { static_cast<void>(open("", folder_ / "empty")); }, {"empty", "no images", "NPY"});
+  expect_error([&] { static_cast<void>(open("", folder_ / "empty")); }, {"empty", "no images", "NPY"});
   put_disparities("others", {"x"});
-  expect_complaint([&] { static_cast<void>(open("", folder_ / "others")); },
-                   {"no left image has a disparity one", "left and others"});
+  expect_error([&] { static_cast<void>(open("", folder_ / "others")); },
+               {"no left image has a disparity one", "left and others"});
   put(folder_ / "disparity" / "a.npy", "");
-  expect_complaint([&] { static_cast<void>(open("")); }, {"a.", "another image of the same name"});
+  expect_error([&] { static_cast<void>(open("")); }, {"a.", "another image of the same name"});
 }
 
 TEST(OpencvMatcher, FindsThePlanesDisparity) {

@@ -35,7 +35,7 @@ class Hostile : public ::testing::Test {
   void refused(const std::function<void(const fs::path&)>& read, const std::string& name, std::string_view bytes,
                std::initializer_list<std::string_view> parts) const {
     put(folder_ / name, bytes);
-    expect_complaint([&] { read(folder_ / name); }, parts);
+    expect_error([&] { read(folder_ / name); }, parts);
   }
 
   TemporaryFolder folder_;
@@ -210,7 +210,7 @@ TEST_F(Hostile, SettingsThatAreNone) {
   }
   put(folder_ / "large.yaml", std::string(2 << 20, '#'));
   Config config;
-  expect_complaint([&] { load_config(folder_ / "large.yaml", config); }, {"large.yaml", "more than 1 MB"});
+  expect_error([&] { load_config(folder_ / "large.yaml", config); }, {"large.yaml", "more than 1 MB"});
   put(folder_ / "marked.yaml", "\xef\xbb\xbfgrid: {length_m: 31}\r\n");
   load_config(folder_ / "marked.yaml", config);
   EXPECT_EQ(config.grid.length_m, 31);
@@ -224,7 +224,7 @@ TEST_F(Hostile, SettingsWithAliasesThatMultiply) {
   for (int i{0}; i < 5000; ++i) text += "b" + std::to_string(i) + ": *a\n";
   put(folder_ / "many.yaml", text);
   Config config;
-  expect_complaint<ConfigError>([&] { load_config(folder_ / "many.yaml", config); }, {"more keys than parameters"});
+  expect_error<ConfigError>([&] { load_config(folder_ / "many.yaml", config); }, {"more keys than parameters"});
 }
 
 TEST_F(Hostile, PosesThatLeadOutOfTheWorld) {
@@ -249,7 +249,7 @@ class HostileFrames : public ::testing::Test {
   [[nodiscard]] std::unique_ptr<Recording> open() const { return open_recording({{folder_.path()}, {}, "none"}); }
   void refused(const std::string& frames, std::initializer_list<std::string_view> parts) const {
     put(folder_ / "frames.txt", frames);
-    expect_complaint([&] { static_cast<void>(open()); }, parts);
+    expect_error([&] { static_cast<void>(open()); }, parts);
   }
 
   TemporaryFolder folder_;
@@ -289,21 +289,21 @@ TEST_F(HostileFrames, NamesThatAreNoUtf8AreToldAsNumbersEverywhere) {
 TEST_F(HostileFrames, NamesThatAreTooLongForTheResults) {
   put_pairs(folder_ / "left", folder_ / "right", {std::string(100, '\xff')});
   put(folder_ / "calibration.yaml", small_yaml);
-  expect_complaint([&] { static_cast<void>(open()); }, {"400 bytes", "shorter name"});
+  expect_error([&] { static_cast<void>(open()); }, {"400 bytes", "shorter name"});
 }
 
 TEST_F(HostileFrames, AnImageThatIsAFifoIsLeftOutAndOneThatIsGoneIsNot) {
   put_plain(folder_.path());
   const auto recording{open()};
   fs::remove(folder_ / "left" / "b.png");
-  expect_complaint<DeviceError>([&] { static_cast<void>(recording->load(1)); }, {"b.png", "no such file"});
+  expect_error<DeviceError>([&] { static_cast<void>(recording->load(1)); }, {"b.png", "no such file"});
   fs::create_symlink("/dev/zero", folder_ / "left" / "b.png");
-  expect_complaint([&] { static_cast<void>(recording->load(1)); }, {"b.png", "device"});
+  expect_error([&] { static_cast<void>(recording->load(1)); }, {"b.png", "device"});
   fs::create_directory(folder_ / "velodyne");
   fs::create_symlink("a.bin", folder_ / "velodyne" / "a.bin");
   EXPECT_EQ(open()->contents().frames[0].scan, folder_ / "velodyne" / "a.bin") << "told of when it is read";
   fs::remove_all(folder_ / "right");
-  expect_complaint<DeviceError>([&] { static_cast<void>(recording->load(2)); }, {"c.png", "no such file"});
+  expect_error<DeviceError>([&] { static_cast<void>(recording->load(2)); }, {"c.png", "no such file"});
 }
 
 }  // namespace

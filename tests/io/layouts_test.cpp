@@ -89,13 +89,13 @@ TEST_F(Layouts, LayoutOfSeparateImagesIsRefused) {
   put_plain(folder_.path());
   InputArguments arguments{{folder_.path()}, {}, "none"};
   arguments.layout = ImageLayout::side_by_side;
-  expect_complaint([&] { static_cast<void>(open_recording(arguments)); }, {"--layout has no effect"});
+  expect_error([&] { static_cast<void>(open_recording(arguments)); }, {"--layout has no effect"});
 }
 
 TEST_F(Layouts, LayoutThatIsNotClear) {
   put(folder_ / "calibration.yaml", "focal_px: 60\ncx_px: 3\ncy_px: 3\nbaseline_m: 0.2\n");
   write_png(folder_ / "1.png", flat(90, 60, 50));
-  expect_complaint(
+  expect_error(
       [&] {
         static_cast<void>(open_recording({{folder_.path()}, {}, "none"}));
       },
@@ -201,7 +201,7 @@ TEST_F(Layouts, CalibrationOfAnyNameBesideTheImages) {
       R"("D2":[0,0,0,0],"R":[[1,0,0],[0,1,0],[0,0,1]],"T":[-0.2,0,0]})");
   expect_pairs({{folder_.path()}, {}, "none"}, 1);
   put(folder_ / "my_camera.json", "{\"a\": 1}");
-  expect_complaint(
+  expect_error(
       [&] {
         static_cast<void>(open_recording({{folder_.path()}, {}, "none"}));
       },

@@ -23,7 +23,7 @@ class Opening : public ::testing::Test {
  protected:
   [[nodiscard]] std::unique_ptr<Recording> open() const { return open_recording({{folder_.path()}, {}, ""}); }
   void expect_refused(std::initializer_list<std::string_view> parts) const {
-    expect_complaint([&] { static_cast<void>(open()); }, parts);
+    expect_error([&] { static_cast<void>(open()); }, parts);
   }
   void cut_in_half(const fs::path& path) const {
     const std::string whole{read_file(path)};
@@ -34,15 +34,15 @@ class Opening : public ::testing::Test {
 };
 
 TEST_F(Opening, NothingThere) {
-  expect_complaint(
+  expect_error(
       [&] {
         static_cast<void>(open_recording({{folder_ / "none"}, {}, ""}));
       },
       {"none", "no such file or folder", "INPUT is", "left/"});
-  expect_complaint([&] { static_cast<void>(open_recording({})); }, {"INPUT"});
+  expect_error([&] { static_cast<void>(open_recording({})); }, {"INPUT"});
   expect_refused({"no stereo recording", "image_0"});
   put(folder_ / "file.png", "");
-  expect_complaint(
+  expect_error(
       [&] {
         static_cast<void>(open_recording({{folder_ / "file.png"}, {}, ""}));
       },
@@ -104,12 +104,12 @@ TEST_F(Opening, VideosThatAreNone) {
   put(folder_ / "sbs.mp4", "\0\0\0\x1c"s + "ftypisom");
   put(folder_ / "c" / "calibration.yaml", small_yaml);
   const auto refused = [&](const std::vector<fs::path>& paths, std::initializer_list<std::string_view> said) {
-    expect_complaint([&] { static_cast<void>(open_recording({paths, folder_ / "c" / "calibration.yaml", ""})); }, said);
+    expect_error([&] { static_cast<void>(open_recording({paths, folder_ / "c" / "calibration.yaml", ""})); }, said);
   };
   refused({folder_ / "left.avi", folder_ / "the right.bin"}, {"left.avi: ", "cannot be decoded", "ffmpeg -i"});
   refused({folder_ / "sbs.mp4"}, {"sbs.mp4: ", "cannot be decoded"});
   refused({folder_.path()}, {"left.avi, ", "sbs.mp4 and 1 more: videos", "LEFT RIGHT"});
-  expect_complaint(
+  expect_error(
       [&] {
         static_cast<void>(open_recording({{folder_ / "sbs.mp4"}, {}, ""}));
       },
@@ -122,12 +122,12 @@ TEST_F(Opening, OfAPairTheImageIsNamed) {
   put(folder_ / "left.png", "no image");
   put(folder_ / "right.png", "no image");
   const InputArguments pair{{"left.png", "right.png"}, {}, ""};
-  expect_complaint([&] { static_cast<void>(open_recording(pair)); }, {"left.png: is no image"});
+  expect_error([&] { static_cast<void>(open_recording(pair)); }, {"left.png: is no image"});
   put_plain(folder_.path());
   fs::copy(folder_ / "left" / "a.png", folder_ / "left.png", fs::copy_options::overwrite_existing);
   fs::copy(folder_ / "right" / "a.png", folder_ / "right.png", fs::copy_options::overwrite_existing);
-  expect_complaint([&] { static_cast<void>(open_recording(pair)); },
-                   {"left.png: there is no calibration. Name a file with --calibration"});
+  expect_error([&] { static_cast<void>(open_recording(pair)); },
+               {"left.png: there is no calibration. Name a file with --calibration"});
   fs::current_path(before);
 }
 
@@ -151,7 +151,7 @@ TEST_F(Opening, MissingRightImageIsThatFramesError) {
   const auto recording{open()};
   ASSERT_EQ(recording->size(), 3U);
   EXPECT_THAT(recording->contents().warnings, ElementsAre(HasSubstr("frame b: the right image is missing")));
-  expect_complaint([&] { static_cast<void>(recording->load(1)); }, {"b.png", "right image", "missing"});
+  expect_error([&] { static_cast<void>(recording->load(1)); }, {"b.png", "right image", "missing"});
   EXPECT_EQ(recording->load(2).left(0, 0), 12) << "the other frames work";
 }
 
@@ -160,7 +160,7 @@ TEST_F(Opening, MissingLeftImageIsThatFramesError) {
   fs::remove(folder_ / "image_0" / "000046.png");
   const auto recording{open()};
   ASSERT_EQ(recording->size(), 3U) << "poses and times still belong to their frames";
-  expect_complaint([&] { static_cast<void>(recording->load(0)); }, {"000046.png", "left image", "missing"});
+  expect_error([&] { static_cast<void>(recording->load(0)); }, {"000046.png", "left image", "missing"});
   EXPECT_DOUBLE_EQ(recording->load(1).world_from_vehicle->x_m, 8);
 }
 
@@ -179,7 +179,7 @@ TEST_F(Opening, TruncatedImageIsThatFramesError) {
   put_plain(folder_.path());
   cut_in_half(folder_ / "left" / "a.png");
   const auto recording{open()};
-  expect_complaint([&] { static_cast<void>(recording->load(0)); }, {"a.png", "truncated"});
+  expect_error([&] { static_cast<void>(recording->load(0)); }, {"a.png", "truncated"});
   EXPECT_EQ(recording->load(1).left(0, 0), 11);
   cut_in_half(folder_ / "left" / "b.png");
   cut_in_half(folder_ / "left" / "c.png");
@@ -193,18 +193,18 @@ TEST_F(Opening, AListedFileThatIsGoneIsADeviceError) {
   const auto recording{open()};
   for (const char* const file : {"left/b.png", "right/b.png"}) {
     fs::rename(folder_ / file, folder_ / "away");
-    expect_complaint<DeviceError>([&] { static_cast<void>(recording->load(1)); },
-                                  {file, "no such file", "file system was away, try again"});
+    expect_error<DeviceError>([&] { static_cast<void>(recording->load(1)); },
+                              {file, "no such file", "file system was away, try again"});
     fs::rename(folder_ / "away", folder_ / file);
     EXPECT_EQ(recording->load(1).left(0, 0), 11);
   }
   fs::remove(folder_ / "velodyne" / "b.bin");
-  expect_complaint<DeviceError>([&] { static_cast<void>(recording->load_scan(1)); }, {"b.bin", "no such file"});
+  expect_error<DeviceError>([&] { static_cast<void>(recording->load_scan(1)); }, {"b.bin", "no such file"});
   for (const char* const name : {"a.png", "b.png", "c.png"}) {
     fs::remove(folder_ / "left" / name);
     fs::create_symlink("nowhere", folder_ / "left" / name);
   }
-  expect_complaint<DeviceError>([&] { static_cast<void>(open()); }, {"left/a.png", "no such file"});
+  expect_error<DeviceError>([&] { static_cast<void>(open()); }, {"left/a.png", "no such file"});
 }
 
 TEST_F(Opening, UnequalSizesAreThatFramesError) {
@@ -213,9 +213,9 @@ TEST_F(Opening, UnequalSizesAreThatFramesError) {
   write_png(folder_ / "left" / "c.png", Image<std::uint8_t>{31, 33});
   write_png(folder_ / "right" / "c.png", Image<std::uint8_t>{31, 33});
   const auto recording{open()};
-  expect_complaint([&] { static_cast<void>(recording->load(1)); },
-                   {"left/b.png", "65×33", "right/b.png", "64×33", "same size"});
-  expect_complaint([&] { static_cast<void>(recording->load(2)); }, {"c.png", "31×33", "calibration is for 65×33"});
+  expect_error([&] { static_cast<void>(recording->load(1)); },
+               {"left/b.png", "65×33", "right/b.png", "64×33", "same size"});
+  expect_error([&] { static_cast<void>(recording->load(2)); }, {"c.png", "31×33", "calibration is for 65×33"});
 }
 
 TEST_F(Opening, Calibration) {
@@ -335,7 +335,7 @@ TEST_F(Opening, RawTimestamps) {
 
 TEST_F(Opening, NamedPosesThatAreNotThere) {
   put_plain(folder_.path());
-  expect_complaint(
+  expect_error(
       [&] {
         static_cast<void>(open_recording({{folder_.path()}, {}, "nowhere.csv"}));
       },

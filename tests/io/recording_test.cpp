@@ -55,7 +55,7 @@ TEST_F(RecordingTest, FramesFileSaysWhichFramesTheLinesBelongTo) {
   put(folder_ / "frames.txt", "000046\n000047\n000048\n");
   EXPECT_EQ(open()->size(), 3U);
   put(folder_ / "frames.txt", "000046\n000046\n");
-  expect_complaint([&] { static_cast<void>(open()); }, {"frames.txt", "twice"});
+  expect_error([&] { static_cast<void>(open()); }, {"frames.txt", "twice"});
 }
 
 TEST_F(RecordingTest, OtherPosesCanBeNamedOrLeftOut) {
@@ -153,7 +153,7 @@ TEST_F(RecordingTest, ImagePair) {
   EXPECT_EQ(recording->contents().kind, "image pair");
   EXPECT_EQ(recording->load(0).right(3, 3), 110);
   EXPECT_EQ(recording->name(0), "x");
-  expect_complaint([&] { static_cast<void>(open_recording({paths, {}, ""})); }, {"no calibration", "--calibration"});
+  expect_error([&] { static_cast<void>(open_recording({paths, {}, ""})); }, {"no calibration", "--calibration"});
 }
 
 TEST_F(RecordingTest, CalibrationCanBeNamed) {
@@ -249,12 +249,12 @@ TEST_F(RecordingTest, EveryDataSetOpens) {
     EXPECT_THAT(recording->contents().warnings, ::testing::IsEmpty()) << name;
     EXPECT_EQ(recording->has_truth(), name.starts_with("synthetic")) << name;
     const StereoFrame first{recording->load(0)};
-    EXPECT_FALSE(complaint_if_swapped(first)) << name;
+    EXPECT_FALSE(finding_if_swapped(first)) << name;
     StereoFrame exchanged{first};
     std::swap(exchanged.left, exchanged.right);
-    EXPECT_TRUE(complaint_if_swapped(exchanged)) << name;
-    EXPECT_FALSE(complaint_if_shifted(first, recording->rig())) << name;
-    EXPECT_FALSE(complaint_if_shifted(exchanged, recording->rig())) << name;
+    EXPECT_TRUE(finding_if_swapped(exchanged)) << name;
+    EXPECT_FALSE(finding_if_shifted(first, recording->rig())) << name;
+    EXPECT_FALSE(finding_if_shifted(exchanged, recording->rig())) << name;
     EXPECT_EQ(recording->load(count - 1).left.width(), recording->rig().width_px) << name;
   }
 }

@@ -124,9 +124,9 @@ TEST_F(RunFolder, SaysWhichLayersItWasWrittenWithout) {
   write_grids(folder_ / "grids" / "frame_7.npz", result_of(7), some.layers);
   const RunReader run{folder_.path()};
   EXPECT_EQ(run.occupancy("frame_7")(0, 3), 0.7F);
-  expect_complaint([&] { static_cast<void>(run.grids("frame_7")); },
-                   {"was written without the layer observed", "it has occupancy, velocity", "--layers"});
-  expect_complaint([&] { static_cast<void>(run.world_grid("frame_7")); }, {"without the layer world_occupancy"});
+  expect_error([&] { static_cast<void>(run.grids("frame_7")); },
+               {"was written without the layer observed", "it has occupancy, velocity", "--layers"});
+  expect_error([&] { static_cast<void>(run.world_grid("frame_7")); }, {"without the layer world_occupancy"});
 }
 
 TEST(CheckpointsOfSparseRuns, BelongToFramesThatAreWritten) {
@@ -155,13 +155,13 @@ TEST_F(RunFolder, HasTheWorldsGridWhereItWas) {
   std::string run{read_text(folder_ / "run.json", 100'000)};
   run.replace(run.find("world_grid"), 10, "other_grid");
   put(folder_ / "run.json", run);
-  expect_complaint([&] { static_cast<void>(RunReader{folder_.path()}.world_grid("frame_7")); },
-                   {"run.json", "how large the cells", "older version"});
+  expect_error([&] { static_cast<void>(RunReader{folder_.path()}.world_grid("frame_7")); },
+               {"run.json", "how large the cells", "older version"});
   const std::vector<double> one{1};
   const std::vector<NpzArray> arrays{NpzArray{"world_origin", {1}, one}};
   write_npz(folder_ / "grids" / "frame_7.npz", arrays);
-  expect_complaint([&] { static_cast<void>(RunReader{folder_.path()}.world_grid("frame_7")); },
-                   {"frame_7.npz", "world_origin"});
+  expect_error([&] { static_cast<void>(RunReader{folder_.path()}.world_grid("frame_7")); },
+               {"frame_7.npz", "world_origin"});
 }
 
 TEST_F(RunFolder, SaysHowTheCameraWasMounted) {
@@ -181,8 +181,8 @@ TEST_F(RunFolder, SaysHowTheCameraWasMounted) {
   EXPECT_EQ(unknown.rig_of(unknown.frames()[1]), rig_at(7));
   const RunReader old{changed("\"mount\"", "\"other\"")};
   EXPECT_EQ(old.rig_of(old.frames()[0]), given_rig);
-  expect_complaint([&] { changed("\"camera_roll_rad\":-0.002", "\"camera_roll_rad\":3"); }, {"whose rig is none"});
-  expect_complaint([&] { changed("\"camera_roll_rad\":-0.002", "\"camera_roll_rad\":\"x\""); }, {"line 1"});
+  expect_error([&] { changed("\"camera_roll_rad\":-0.002", "\"camera_roll_rad\":3"); }, {"whose rig is none"});
+  expect_error([&] { changed("\"camera_roll_rad\":-0.002", "\"camera_roll_rad\":\"x\""); }, {"line 1"});
 }
 
 TEST_F(RunFolder, MayHaveOutlinesOfObstacles) {
@@ -205,7 +205,7 @@ TEST_F(RunFolder, MayHaveOutlinesOfObstacles) {
   EXPECT_TRUE(none[0].obstacles[0].outline.empty());
   EXPECT_EQ(none[0].obstacles[0].kind, ObstacleKind::object);
   const auto refuses = [&](const std::string& fields) {
-    expect_complaint([&] { static_cast<void>(with(fields)); }, {"frames.jsonl", "line 1 is not understood"});
+    expect_error([&] { static_cast<void>(with(fields)); }, {"frames.jsonl", "line 1 is not understood"});
   };
   refuses(R"("outline_m":{},)");
   refuses(R"("outline_m":[[1]],)");
@@ -267,12 +267,12 @@ TEST_F(RunFolder, GoesOnWithItsOwnSettingsOnly) {
   RunDescription other{description()};
   other.config.grid.length_m += 1;
   other.threads += 1;
-  expect_complaint<ConfigError>([&] { RunRecord(folder_.path(), other).resume(); },
-                                {"begun with other settings", "config/grid/length_m"});
+  expect_error<ConfigError>([&] { RunRecord(folder_.path(), other).resume(); },
+                            {"begun with other settings", "config/grid/length_m"});
   other = description();
   other.frames.first = 4;
-  expect_complaint<ConfigError>([&] { RunRecord(folder_.path(), other).resume(); }, {"first frame: was 5, is 4"});
-  expect_complaint<ConfigError>([&] { RunRecord(folder_.path(), description()).begin(); }, {"already holds a run"});
+  expect_error<ConfigError>([&] { RunRecord(folder_.path(), other).resume(); }, {"first frame: was 5, is 4"});
+  expect_error<ConfigError>([&] { RunRecord(folder_.path(), description()).begin(); }, {"already holds a run"});
 }
 
 TEST_F(RunFolder, KeepsWhatPipelineAndOdometryRemember) {

@@ -41,7 +41,7 @@ void put(const fs::path& path, std::string_view text);
 
 /// Expects `action` to throw an Error whose text holds all of `parts`.
 template <class Error = InputError, class Action>
-void expect_complaint(Action&& action, std::initializer_list<std::string_view> parts) {
+void expect_error(Action&& action, std::initializer_list<std::string_view> parts) {
   try {
     action();
     ADD_FAILURE() << "nothing was thrown";

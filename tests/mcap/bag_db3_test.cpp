@@ -88,7 +88,7 @@ TEST(Bag, ComplainsOfOtherDatabases) {
       const NewDatabase database{folder / "a.db3"};
       database.run(sql);
     }
-    expect_complaint([&] { read_all(*open_bag(folder / "a.db3")); }, {"a.db3", part});
+    expect_error([&] { read_all(*open_bag(folder / "a.db3")); }, {"a.db3", part});
   };
   const std::string topics{
       "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT);"

@@ -77,8 +77,8 @@ TEST(Bag, TensOfThousandsOfTopicsTakeNoLongerThanTheyMust) {
   NewDatabase{folder / "many.db3"}.run(tables + topics(65'536));
   EXPECT_EQ(open_bag(folder / "many.db3")->topics().size(), 65'536);
   NewDatabase{folder / "too_many.db3"}.run(tables + topics(65'537));
-  expect_complaint([&] { static_cast<void>(open_bag(folder / "too_many.db3")); },
-                   {"too_many.db3", "more than 65536 topics"});
+  expect_error([&] { static_cast<void>(open_bag(folder / "too_many.db3")); },
+               {"too_many.db3", "more than 65536 topics"});
   std::string channels{magic + record(1, text("ros2") + text(""))};
   for (int i{1}; i < 65'000; ++i) {
     channels += record(4, number(static_cast<std::uint64_t>(i), 2) + number(0, 2) + text("/t" + std::to_string(i)) +
@@ -126,16 +126,16 @@ TEST(Bag, CopiesOfASchemaAreBounded) {
                            text("cdr") + text(""));
   }
   put(folder / "a.mcap", bytes + record(15, number(0, 4)) + record(2, std::string(20, '\0')) + magic);
-  expect_complaint([&] { static_cast<void>(open_bag(folder / "a.mcap")); },
-                   {"a.mcap", "more than 256 MiB of names and schemas"});
+  expect_error([&] { static_cast<void>(open_bag(folder / "a.mcap")); },
+               {"a.mcap", "more than 256 MiB of names and schemas"});
 }
 
 TEST(Bag, ComplainsOfFolders) {
   const TemporaryFolder folder;
-  expect_complaint([&] { read_all(*open_bag(folder.path())); }, {"holds no recording"});
+  expect_error([&] { read_all(*open_bag(folder.path())); }, {"holds no recording"});
   const auto complains = [&](const std::string& metadata, std::string_view part) {
     put(folder / "metadata.yaml", metadata);
-    expect_complaint([&] { read_all(*open_bag(folder.path())); }, {part});
+    expect_error([&] { read_all(*open_bag(folder.path())); }, {part});
   };
   complains(
       metadata_begin + "  compression_mode: FILE\n  compression_format: lz4\n  relative_file_paths: [a.db3.lz4]\n",
@@ -157,14 +157,14 @@ TEST(Bag, TellsFilesApartByWhatIsInThem) {
   write_messages(folder / "a.bin", {{"/a", 0, 1, 1, "x"}});
   EXPECT_EQ(read_all(*open_bag(folder / "a.bin")).size(), 1);
   put(folder / "a.mcap", zstd("an MCAP file"));
-  expect_complaint([&] { read_all(*open_bag(folder / "a.mcap")); }, {"is no recording"});
+  expect_error([&] { read_all(*open_bag(folder / "a.mcap")); }, {"is no recording"});
   put(folder / "a.bag", "#ROSBAG V2.0\n");
-  expect_complaint([&] { read_all(*open_bag(folder / "a.bag")); }, {"is a bag of ROS 1", "rosbags-convert"});
+  expect_error([&] { read_all(*open_bag(folder / "a.bag")); }, {"is a bag of ROS 1", "rosbags-convert"});
   std::filesystem::create_directory(folder / "old");
   std::filesystem::rename(folder / "a.bag", folder / "old" / "a.bag");
-  expect_complaint([&] { read_all(*open_bag(folder / "old")); }, {"a.bag", "is a bag of ROS 1"});
+  expect_error([&] { read_all(*open_bag(folder / "old")); }, {"a.bag", "is a bag of ROS 1"});
   put(folder / "a.txt", "text");
-  expect_complaint([&] { read_all(*open_bag(folder / "a.txt")); }, {"is no recording"});
+  expect_error([&] { read_all(*open_bag(folder / "a.txt")); }, {"is no recording"});
 }
 
 TEST(Bag, ReadsFilesThatAreCompressedAsAWhole) {
@@ -184,7 +184,7 @@ TEST(Bag, ReadsFilesThatAreCompressedAsAWhole) {
   }
   const std::string whole{io::read_text(folder / "a.mcap.zstd", 1'000'000)};
   put(folder / "a.mcap.zstd", whole.substr(0, whole.size() - 9));
-  expect_complaint([&] { read_all(*open_bag(folder / "a.mcap.zstd")); }, {"a.mcap.zstd: is a truncated zstd file"});
+  expect_error([&] { read_all(*open_bag(folder / "a.mcap.zstd")); }, {"a.mcap.zstd: is a truncated zstd file"});
 }
 
 TEST(Bag, APackedFileThatGrowsTooMuchIsRejected) {
@@ -196,8 +196,8 @@ TEST(Bag, APackedFileThatGrowsTooMuchIsRejected) {
   ASSERT_GT(recording.size(), most_growth * packed.size());
   put(folder / "a.mcap.zstd", packed);
   EXPECT_EQ(read_all(*open_packed_bag(folder / "a.mcap.zstd", recording.size())), (std::vector{Told{"/a", 1, data}}));
-  expect_complaint([&] { static_cast<void>(open_packed_bag(folder / "a.mcap.zstd", recording.size() - 1)); },
-                   {"a.mcap.zstd", "unpacks to more than 200 times its size"});
+  expect_error([&] { static_cast<void>(open_packed_bag(folder / "a.mcap.zstd", recording.size() - 1)); },
+               {"a.mcap.zstd", "unpacks to more than 200 times its size"});
 }
 
 TEST(Bag, TellsOfDamageInItsParts) {

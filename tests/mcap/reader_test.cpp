@@ -165,12 +165,12 @@ TEST(Reader, ReadsDeclarationsWithinChunks) {
 
 TEST(Reader, NamesWhatIsNoMcapFile) {
   const TemporaryFolder folder;
-  expect_complaint([&] { Reader{folder / "missing.mcap"}; }, {"missing.mcap: cannot be read (No such file"});
-  expect_complaint([&] { StreamReader{folder.path()}; }, {"is no file on a disk"});
+  expect_error([&] { Reader{folder / "missing.mcap"}; }, {"missing.mcap: cannot be read (No such file"});
+  expect_error([&] { StreamReader{folder.path()}; }, {"is no file on a disk"});
   put(folder / "empty.mcap", "");
-  expect_complaint([&] { Reader{folder / "empty.mcap"}; }, {"fewer than 8 bytes"});
+  expect_error([&] { Reader{folder / "empty.mcap"}; }, {"fewer than 8 bytes"});
   put(folder / "text.mcap", "some text or other");
-  expect_complaint([&] { StreamReader{folder / "text.mcap"}; }, {"is no MCAP file", "at byte 0"});
+  expect_error([&] { StreamReader{folder / "text.mcap"}; }, {"is no MCAP file", "at byte 0"});
 }
 
 }  // namespace

@@ -15,7 +15,7 @@
 namespace stereogrid::mcap::testing {
 
 namespace fs = std::filesystem;
-using io::testing::expect_complaint;
+using io::testing::expect_error;
 using io::testing::TemporaryFolder;
 
 /// A new file, where one of this name was, too: rewriting that one would wait for the disk.

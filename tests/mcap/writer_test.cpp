@@ -118,8 +118,8 @@ TEST(Writer, ComplainsOfWhatCannotBe) {
   EXPECT_THROW(writer.flush(), std::logic_error);
   EXPECT_THROW(writer.add_schema("a", "b", "c"), std::logic_error);
   EXPECT_THROW((Writer{folder / "b.mcap", {.chunk_bytes = std::size_t{1} << 30}}), std::invalid_argument);
-  expect_complaint<DeviceError>([&] { Writer{folder / "no" / "such.mcap"}; }, {"such.mcap: cannot be written"});
-  expect_complaint<DeviceError>([&] { Writer{folder.path()}; }, {"cannot be written"});
+  expect_error<DeviceError>([&] { Writer{folder / "no" / "such.mcap"}; }, {"such.mcap: cannot be written"});
+  expect_error<DeviceError>([&] { Writer{folder.path()}; }, {"cannot be written"});
 }
 
 TEST(Writer, ADestroyedWriterHasClosedItsFile) {
@@ -160,7 +160,7 @@ TEST(Writer, AFullDiskLeavesEveryWholeChunk) {
     const auto write_many = [&] {
       for (; written < 100; ++written) writer.write(channel, written, written, written, bytes_of(data));
     };
-    expect_complaint<DeviceError>(write_many, {"a.mcap: cannot be written (File too large).", "Free some space"});
+    expect_error<DeviceError>(write_many, {"a.mcap: cannot be written (File too large).", "Free some space"});
     EXPECT_THROW(writer.close(), DeviceError);
   }
   EXPECT_THROW(writer.write(channel, 0, 0, 0, {}), DeviceError) << "and stays so, for the file has an end";

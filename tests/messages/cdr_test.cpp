@@ -35,7 +35,7 @@ Bytes encoded(const M& message) {
 }
 
 template <Message M>
-std::string complaint_of(const Bytes& cdr) {
+std::string error_text_of(const Bytes& cdr) {
   M message;
   try {
     decode(cdr, message);
@@ -115,7 +115,7 @@ TEST(Cdr, ComplainsWhereverAMessageIsCutOff) {
       RandomFiller{seed}.fill(message);
       const Bytes cdr{encoded(message)};
       for (std::size_t size{0}; size < cdr.size(); ++size) {
-        EXPECT_THAT(complaint_of<M>({cdr.begin(), cdr.begin() + static_cast<std::ptrdiff_t>(size)}),
+        EXPECT_THAT(error_text_of<M>({cdr.begin(), cdr.begin() + static_cast<std::ptrdiff_t>(size)}),
                     testing::HasSubstr(std::string{M::type_name}))
             << size << " of " << cdr.size();
       }
@@ -126,35 +126,35 @@ TEST(Cdr, ComplainsWhereverAMessageIsCutOff) {
 TEST(Cdr, SaysWhichFieldIsWrong) {
   using testing::AllOf;
   using testing::HasSubstr;
-  EXPECT_THAT(complaint_of<std_msgs::Header>(bytes({0, 1, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 0xff, 0xff, 0xff, 0xff, 'a'})),
+  EXPECT_THAT(error_text_of<std_msgs::Header>(bytes({0, 1, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 0xff, 0xff, 0xff, 0xff, 'a'})),
               AllOf(HasSubstr("std_msgs/msg/Header"), HasSubstr("\"frame_id\" claims 4294967295 elements"),
                     HasSubstr("1 bytes are left")));
-  EXPECT_THAT(complaint_of<std_msgs::Header>(bytes({0, 1, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 1, 0, 0, 0, 'a'})),
+  EXPECT_THAT(error_text_of<std_msgs::Header>(bytes({0, 1, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 1, 0, 0, 0, 'a'})),
               HasSubstr("\"frame_id\" is a text without a 0 at its end"));
-  EXPECT_THAT(complaint_of<Sizes>(bytes({0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2})),
+  EXPECT_THAT(error_text_of<Sizes>(bytes({0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2})),
               HasSubstr("\"d\" is neither true nor false"));
 }
 
 TEST(Cdr, TakesItsOwnEncodingOnly) {
   const std::string says{"plain little-endian CDR"};
-  EXPECT_THAT(complaint_of<std_msgs::Header>(bytes({0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 1, 0})),
+  EXPECT_THAT(error_text_of<std_msgs::Header>(bytes({0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 1, 0})),
               testing::HasSubstr(says));
-  EXPECT_THAT(complaint_of<std_msgs::Header>(bytes({0, 7, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0})),
+  EXPECT_THAT(error_text_of<std_msgs::Header>(bytes({0, 7, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0})),
               testing::HasSubstr(says));
-  EXPECT_THAT(complaint_of<std_msgs::Header>({}), testing::HasSubstr(says));
+  EXPECT_THAT(error_text_of<std_msgs::Header>({}), testing::HasSubstr(says));
 }
 
 // DDS pads messages to a multiple of four; longer ones are invalid.
 TEST(Cdr, TakesThreeBytesMoreAtTheEnd) {
   Bytes cdr{encoded(std_msgs::Header{{1, 2}, "odom"})};
   cdr.resize(cdr.size() + 3);
-  EXPECT_EQ(complaint_of<std_msgs::Header>(cdr), "");
+  EXPECT_EQ(error_text_of<std_msgs::Header>(cdr), "");
   cdr.resize(cdr.size() + 1);
-  EXPECT_THAT(complaint_of<std_msgs::Header>(cdr), testing::HasSubstr("4 bytes are left over"));
+  EXPECT_THAT(error_text_of<std_msgs::Header>(cdr), testing::HasSubstr("4 bytes are left over"));
 }
 
 TEST(Cdr, TakesAnEmptyTextWithoutItsZero) {
-  EXPECT_EQ(complaint_of<std_msgs::Header>(bytes({0, 1, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 0, 0, 0, 0})), "");
+  EXPECT_EQ(error_text_of<std_msgs::Header>(bytes({0, 1, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 0, 0, 0, 0})), "");
 }
 
 }  // namespace

@@ -112,7 +112,7 @@ TEST(FrameMessages, AreThoseThatWereSelected) {
 
 TEST(FrameMessages, SayWhatIsWrong) {
   Recorder recorder;
-  const auto complaint_of = [&](const FrameMessagesOptions& options) -> std::string {
+  const auto error_text_of = [&](const FrameMessagesOptions& options) -> std::string {
     try {
       const FrameMessages messages{recorder, small_rig(), options};
     } catch (const ConfigError& error) {
@@ -121,12 +121,12 @@ TEST(FrameMessages, SayWhatIsWrong) {
     return "";
   };
   using testing::HasSubstr;
-  EXPECT_THAT(complaint_of({.topics = {"scan", "lidar"}}), HasSubstr("no topic \"lidar\""));
-  EXPECT_THAT(complaint_of({.topics = {"lidar"}}), HasSubstr("left/image_annotated/compressed"));
+  EXPECT_THAT(error_text_of({.topics = {"scan", "lidar"}}), HasSubstr("no topic \"lidar\""));
+  EXPECT_THAT(error_text_of({.topics = {"lidar"}}), HasSubstr("left/image_annotated/compressed"));
   for (const char* const node : {"", "/a", "a/", "a//b", "a b", "ä"}) {
-    EXPECT_THAT(complaint_of({.node = node}), HasSubstr("no name of a node")) << node;
+    EXPECT_THAT(error_text_of({.node = node}), HasSubstr("no name of a node")) << node;
   }
-  EXPECT_THAT(complaint_of({.world_frame = ""}), HasSubstr("needs a name"));
+  EXPECT_THAT(error_text_of({.world_frame = ""}), HasSubstr("needs a name"));
   EXPECT_THROW((FrameMessages{recorder, Rig{}}), InputError);
   FrameMessages messages{recorder, small_rig()};
   EXPECT_THROW(messages.set_rig(Rig{}), InputError);

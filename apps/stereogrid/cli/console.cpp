@@ -186,8 +186,8 @@ void set_up_log() {
 }
 
 void complain(const char* name, const std::string& message) {
-  tell_on_stderr("{}{}: {}\n", isatty(STDERR_FILENO) == 1 ? wipe_line : "", name,
-                 printable_lines(message, longest_message));
+  log_on_stderr("{}{}: {}\n", isatty(STDERR_FILENO) == 1 ? wipe_line : "", name,
+                printable_lines(message, longest_message));
 }
 
 }  // namespace stereogrid::app

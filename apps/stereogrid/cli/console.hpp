@@ -36,13 +36,13 @@ void flush_errors();
 
 /// To stdout.
 template <class... Values>
-void tell(fmt::format_string<Values...> format, Values&&... values) {
+void print(fmt::format_string<Values...> format, Values&&... values) {
   write_output(fmt::format(format, std::forward<Values>(values)...));
 }
 
 /// To stderr.
 template <class... Values>
-void tell_on_stderr(fmt::format_string<Values...> format, Values&&... values) {
+void log_on_stderr(fmt::format_string<Values...> format, Values&&... values) {
   write_error(fmt::format(format, std::forward<Values>(values)...));
 }
 

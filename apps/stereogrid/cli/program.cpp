@@ -45,7 +45,7 @@ int failed(const char* name, int exit_code, const std::string& message) {
   return exit_code;
 }
 
-std::string complaint_if_empty(const std::string& value) {
+std::string finding_if_empty(const std::string& value) {
   return value.empty() ? "is empty. Give a value, or leave it out." : "";
 }
 
@@ -53,7 +53,7 @@ std::string complaint_if_empty(const std::string& value) {
 /// ignoring the option would not be intended.
 void refuse_empty_values(CLI::App& tool) {
   for (CLI::Option* option : tool.get_options()) {
-    if (option->get_items_expected_max() > 0) option->check(complaint_if_empty);
+    if (option->get_items_expected_max() > 0) option->check(finding_if_empty);
   }
   for (CLI::App* command : tool.get_subcommands({})) refuse_empty_values(*command);
 }

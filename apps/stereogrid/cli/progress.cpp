@@ -68,11 +68,11 @@ void Progress::draw_bar(std::size_t done) {
   const std::size_t full{std::min(bar_width, done * bar_width / total_)};
   std::string bar;
   for (std::size_t i{0}; i < bar_width; ++i) bar += i < full ? "█" : "░";
-  tell_on_stderr("\r\033[K{} {} {}/{}{}", label_, bar, done, total_, rate_and_rest(done));
+  log_on_stderr("\r\033[K{} {} {}/{}{}", label_, bar, done, total_, rate_and_rest(done));
 }
 
 void Progress::print_line(std::size_t done) {
-  tell_on_stderr("{} {}/{} ({} %){}\n", label_, done, total_, done * 100 / total_, rate_and_rest(done));
+  log_on_stderr("{} {}/{} ({} %){}\n", label_, done, total_, done * 100 / total_, rate_and_rest(done));
 }
 
 std::string Progress::rate_and_rest(std::size_t done) const {

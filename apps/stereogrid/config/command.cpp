@@ -37,13 +37,14 @@ std::string range_of(const Parameter& parameter, const T&) {
 void print_yaml_like(const Config& config) {
   std::string group_before;
   visit_parameters(config, [&](std::string_view group, const Parameter& parameter, const auto& value) {
-    if (group != group_before) tell("{}{}:\n", group_before.empty() ? "" : "\n", group);
+    if (group != group_before) print("{}{}:\n", group_before.empty() ? "" : "\n", group);
     group_before = group;
     const std::string key{fmt::format("{}.{}", group, parameter.name)};
     const std::string unit{parameter.unit.empty() ? "" : fmt::format(" {}", parameter.unit)};
-    tell("  {} = {}{}   [{}]\n      {}\n", key, get(config, key), unit, range_of(parameter, value), parameter.sentence);
+    print("  {} = {}{}   [{}]\n      {}\n", key, get(config, key), unit, range_of(parameter, value),
+          parameter.sentence);
     if (const std::string condition{why_unread(config, key, {})}; !condition.empty()) {
-      tell("      Not read here: needs {}.\n", condition);
+      print("      Not read here: needs {}.\n", condition);
     }
   });
 }
@@ -51,7 +52,7 @@ void print_yaml_like(const Config& config) {
 void print_markdown() {
   const Config standard{preset("default")};
   const Config paper{preset("paper")};
-  tell(
+  print(
       "<!-- SPDX-FileCopyrightText: 2026 The stereogrid authors -->\n"
       "<!-- SPDX-License-Identifier: Apache-2.0 -->\n"
       "# Parameters\n\n"
@@ -62,14 +63,14 @@ void print_markdown() {
   std::string group_before;
   visit_parameters(standard, [&](std::string_view group, const Parameter& parameter, const auto& value) {
     if (group != group_before) {
-      tell("\n## {}\n\n| parameter | default | unit | range | |\n|---|---|---|---|---|\n", group);
+      print("\n## {}\n\n| parameter | default | unit | range | |\n|---|---|---|---|---|\n", group);
     }
     group_before = group;
     const std::string key{fmt::format("{}.{}", group, parameter.name)};
     std::string shown{get(standard, key)};
     if (get(paper, key) != shown) shown += fmt::format(" ({})", get(paper, key));
-    tell("| `{}` | {} | {} | {} | {} |\n", parameter.name, shown, parameter.unit, range_of(parameter, value),
-         parameter.sentence);
+    print("| `{}` | {} | {} | {} | {} |\n", parameter.name, shown, parameter.unit, range_of(parameter, value),
+          parameter.sentence);
   });
 }
 
@@ -85,7 +86,7 @@ void add_config_command(Command tool) {
     if (options->markdown) return print_markdown();
     const Config config{config_from(options->config)};
     if (options->json) {
-      tell("{}\n", io::to_json(config, 2));
+      print("{}\n", io::to_json(config, 2));
     } else {
       print_yaml_like(config);
     }

@@ -38,16 +38,16 @@ double median_pitch_rad(const FrameTally& tally) {
   return 0;
 }
 
-class Complaining {
+class DriveDiagnosis {
  public:
-  Complaining(const FrameTally& tally, const TallyContext& context) : tally_{tally}, context_{context} {}
+  DriveDiagnosis(const FrameTally& tally, const TallyContext& context) : tally_{tally}, context_{context} {}
 
-  Complaints complain() {
-    complain_of_exposure();
-    for (std::size_t i{0}; i < tally_.flags.size(); ++i) complain_of(static_cast<FrameStatus>(i));
-    complain_of_pitch();
-    complain_of_near_ground();
-    complain_of_unknown_grids();
+  Findings complain() {
+    report_exposure();
+    for (std::size_t i{0}; i < tally_.flags.size(); ++i) report_flag(static_cast<FrameStatus>(i));
+    report_pitch();
+    report_near_ground();
+    report_unknown_grids();
     return std::move(complaints_);
   }
 
@@ -58,22 +58,22 @@ class Complaining {
     return fmt::format("{} of {} frames", count.frames, tally_.frames);
   }
 
-  void complain_of_exposure() {
+  void report_exposure() {
     const FrameCount& unequal{tally_.unequal_exposure};
     if (unequal.frames == 0) return;
     say(fmt::format("in {} (first: {}) {}", share(unequal), unequal.first.name, *unequal.first.exposure_warning));
   }
 
-  void complain_of(FrameStatus flag) {
-    if (flag == FrameStatus::road_unknown) return complain_of_road();  // also of frames without the flag
+  void report_flag(FrameStatus flag) {
+    if (flag == FrameStatus::road_unknown) return report_road();  // also of frames without the flag
     const FrameCount& flagged{tally_.with(flag)};
     if (flagged.frames == 0 || !is_of_images(flag)) return;
-    if (flag == FrameStatus::few_matches) return complain_of_matches(flagged);
+    if (flag == FrameStatus::few_matches) return report_matches(flagged);
     say(fmt::format("in {} (first: {}): {}: {}", share(flagged), flagged.first.name,
                     names_of(flag)[static_cast<std::size_t>(flag)], text_of(flagged.first, flag)));
   }
 
-  void complain_of_matches(const FrameCount& unmatched) {
+  void report_matches(const FrameCount& unmatched) {
     PairFault fault;
     if (const auto frame{context_.frame_at(unmatched.first.index)}) {
       fault = fault_of_pair(context_.input, unmatched.first.index, *frame);
@@ -88,7 +88,7 @@ class Complaining {
   }
 
   // Single frames without a road occur on every drive; its plane is carried over.
-  void complain_of_road() {
+  void report_road() {
     constexpr std::size_t every{20};
     const FrameCount& unknown{tally_.with(FrameStatus::road_unknown)};
     const FrameCount& missed{tally_.without_road};
@@ -124,7 +124,7 @@ class Complaining {
         rig.camera_height_m, rig.camera_pitch_rad * degrees);
   }
 
-  void complain_of_pitch() {
+  void report_pitch() {
     constexpr double noticeable_deg{2};
     const double given_rad{context_.given.camera_pitch_rad};
     if (tally_.road_pitches.empty() || context_.used != context_.given) return;
@@ -138,7 +138,7 @@ class Complaining {
   }
 
   // The lowest rows show the nearest ground, at d = (b/h)·(f·sin(pitch) + (rows below the centre)·cos(pitch)).
-  void complain_of_near_ground() {
+  void report_near_ground() {
     constexpr double farther{1.25};  // than the nearest ground in view
     const Rig& rig{context_.used};
     const int disparities{context_.config.matching.disparities};
@@ -153,7 +153,7 @@ class Complaining {
         disparities, needed, from_m, 32 * std::ceil(needed / 32)));
   }
 
-  void complain_of_unknown_grids() {
+  void report_unknown_grids() {
     const std::size_t unknown{tally_.unknown.frames};
     if (2 * unknown <= tally_.frames) return;
     say(fmt::format("most grids are unknown: those of {} ({:.0f} %).", share(tally_.unknown),
@@ -162,7 +162,7 @@ class Complaining {
 
   const FrameTally& tally_;
   const TallyContext& context_;
-  Complaints complaints_;
+  Findings complaints_;
 };
 
 }  // namespace
@@ -183,8 +183,8 @@ void FrameTally::add(const io::FrameSummary& frame) {
   }
 }
 
-Complaints complaints_of(const FrameTally& tally, const TallyContext& context) {
-  return Complaining{tally, context}.complain();
+Findings findings_of(const FrameTally& tally, const TallyContext& context) {
+  return DriveDiagnosis{tally, context}.complain();
 }
 
 std::string without_digits(std::string text) {

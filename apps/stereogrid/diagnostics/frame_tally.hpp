@@ -55,14 +55,14 @@ struct TallyContext {
   std::function<std::optional<StereoFrame>(std::size_t index)> frame_at;
 };
 
-struct Complaints {
+struct Findings {
   std::vector<std::string> texts;
   bool are_sides_swapped{false};
 };
 
 /// Describes in plain text what is wrong with the frames, in how many of them, and the remedy. The first frames with
 /// few matches and without a road are examined for the reason. `info`, `run` and `live` all print these texts.
-[[nodiscard]] Complaints complaints_of(const FrameTally& tally, const TallyContext& context);
+[[nodiscard]] Findings findings_of(const FrameTally& tally, const TallyContext& context);
 
 /// A text without its numbers: warnings that differ only in them are one and the same.
 [[nodiscard]] std::string without_digits(std::string text);

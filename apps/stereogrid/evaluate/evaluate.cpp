@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool knows_cells(const Input& input) {
+bool has_cell_truth(const Input& input) {
   return input.scene != nullptr || input.recording->has_truth() || Sweeps{input.recording}.exist();
 }
 
@@ -39,7 +39,7 @@ InputOptions input_options(const EvaluateOptions& options, const io::RunReader& 
 
 TruthKind kind_of(const std::string& truth, const Input& input) {
   if (truth.empty()) {
-    return !knows_cells(input) && has_object_labels(input) ? TruthKind::objects : TruthKind::automatic;
+    return !has_cell_truth(input) && has_object_labels(input) ? TruthKind::objects : TruthKind::automatic;
   }
   return truth == "lidar" ? TruthKind::lidar : TruthKind::exact;
 }
@@ -60,7 +60,7 @@ std::string text_of(const InputOptions& input) {
   return text;
 }
 
-[[noreturn]] void complain_of_names(const io::RunReader& run, const TruthSource& truth) {
+[[noreturn]] void report_names(const io::RunReader& run, const TruthSource& truth) {
   const char* const known{truth.kind() == TruthKind::lidar   ? "a lidar sweep"
                           : truth.kind() == TruthKind::exact ? "ground truth"
                                                              : "object labels from 1 s on"};
@@ -156,7 +156,7 @@ Scorer score(const io::RunReader& run, const TruthSource& truth, const NotifyPro
     if (notify) notify(done++, run.frames().size());
     scorer.add(frame);
   }
-  if (scorer.frames() == 0) complain_of_names(run, truth);
+  if (scorer.frames() == 0) report_names(run, truth);
   return scorer;
 }
 

@@ -110,14 +110,14 @@ inline constexpr Figure<Obstacles> error_figures[]{
 /// Values by name; null: undefined.
 template <class Summary, std::size_t count>
 [[nodiscard]] nlohmann::ordered_json values_of(const Summary& summary, const Figure<Summary> (&figures)[count],
-                                               bool knows_false = true) {
+                                               bool has_complete_truth = true) {
   nlohmann::ordered_json json(nlohmann::ordered_json::object());
   for (const Figure<Summary>& figure : figures) {
     auto& value{json[std::string{figure.name}]};
     std::visit(
         [&](const auto member) {
           const auto number{summary.*member};
-          if ((knows_false || !figure.needs_false) && std::isfinite(static_cast<double>(number))) value = number;
+          if ((has_complete_truth || !figure.needs_false) && std::isfinite(static_cast<double>(number))) value = number;
         },
         figure.member);
   }

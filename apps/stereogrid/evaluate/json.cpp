@@ -71,7 +71,7 @@ Json json_of(const Series& series) {
   Json bands;
   Json frames;
   for (const evaluation::Band band : evaluation::bands) {
-    if (band.clear && !series.scores.knows_hidden_ground()) continue;
+    if (band.clear && !series.scores.has_hidden_ground()) continue;
     const std::string key{key_of(band)};
     bands[key] = json_of(series.scores.summary(band));
     bands[key]["roc"] = json_of(series.scores.roc(band));
@@ -105,7 +105,7 @@ Json json_of(const evaluation::ObstacleSummary& s) {
     kinds[name] = {{"things", kind.things},
                    {"separate", static_cast<double>(kind.separate) / static_cast<double>(kind.things)}};
   }
-  json["tracking"] = values_of(s.tracking, tracking_figures, s.knows_false);
+  json["tracking"] = values_of(s.tracking, tracking_figures, s.has_complete_truth);
   json["errors"] = {{"matches", s.tracking.matches}};
   json["errors"].update(values_of(s, error_figures));
   return json;

@@ -38,7 +38,7 @@ struct InfoOptions {
 };
 
 void print_row(const char* what, const std::string& text) {
-  tell("{:<13}{}\n", what, text);
+  print("{:<13}{}\n", what, text);
 }
 
 std::string text_or(const std::filesystem::path& path, const char* otherwise) {

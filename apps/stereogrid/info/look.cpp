@@ -81,7 +81,7 @@ class Looking {
       if (frame.right.empty()) return;
       if (is_without_texture(frame)) return blank_.add(frame.name);
       if (look_.usable == 1 && input_.recording != nullptr) {
-        if (const auto complaint{io::complaint_if_shifted(frame, source_.rig())}) say(*complaint);
+        if (const auto complaint{io::finding_if_shifted(frame, source_.rig())}) say(*complaint);
       }
       if (frame.left == frame.right) identical_.add(frame.name);
     } catch (const InputError& error) {
@@ -121,9 +121,9 @@ class Looking {
       say(fmt::format("an image is black or without texture {}: is a lens covered, or the exposure far off?",
                       in_frames(blank_, look_.looked_at)));
     }
-    const Complaints found{
-        complaints_of(tally_, {input_, config_, source_.rig(), pipeline_.next_rig(),
-                               [this](std::size_t index) { return std::optional<StereoFrame>{source_.load(index)}; }})};
+    const Findings found{
+        findings_of(tally_, {input_, config_, source_.rig(), pipeline_.next_rig(),
+                             [this](std::size_t index) { return std::optional<StereoFrame>{source_.load(index)}; }})};
     look_.complaints.insert(look_.complaints.end(), found.texts.begin(), found.texts.end());
     measure_road();
     if (const Rig & rig{pipeline_.next_rig()}; rig != source_.rig()) {

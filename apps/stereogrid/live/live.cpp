@@ -55,7 +55,7 @@ class LatencyWindow {
 };
 
 /// Reset requested by a viewer with the parameter "pipeline.reset": true; false again once it is done.
-class ResetWish {
+class ResetRequest {
  public:
   [[nodiscard]] server::Parameters parameters() {
     return {{{name, false}}, [this](const server::Parameter& parameter) {
@@ -77,11 +77,11 @@ class ResetWish {
 /// Takes frames as they come through the pipeline to the viewers.
 class LiveLoop final : private capture::FrameHandler {
  public:
-  LiveLoop(const LiveInput& input, Pipeline& pipeline, MessageOutput& output, Page& page, ResetWish& reset)
+  LiveLoop(const LiveInput& input, Pipeline& pipeline, MessageOutput& output, Page& page, ResetRequest& reset)
       : input_{input}, placed_{input}, pipeline_{pipeline}, output_{output}, page_{page}, reset_{reset} {}
 
   void go_on() {
-    service_.tell_ready();
+    service_.notify_ready();
     capture::run_frames(pipeline_, *this);
   }
 
@@ -104,8 +104,8 @@ class LiveLoop final : private capture::FrameHandler {
     };
     Input described;
     described.extrinsics_given = input_.recording.extrinsics_given;
-    const Complaints complaints{
-        complaints_of(tally_, {described, config, input_.source->rig(), pipeline_.next_rig(), frame_at})};
+    const Findings complaints{
+        findings_of(tally_, {described, config, input_.source->rig(), pipeline_.next_rig(), frame_at})};
     for (const std::string& text : complaints.texts) spdlog::warn("{}", text);
   }
 
@@ -115,17 +115,17 @@ class LiveLoop final : private capture::FrameHandler {
   [[nodiscard]] bool has_ended() const override { return interrupted() != 0 || placed_.has_ended(); }
 
   [[nodiscard]] std::optional<capture::PreparedFrame> next() override {
-    service_.tell_alive();
-    if (reset_.take(page_.server())) placed_.begin_anew();
+    service_.notify_alive();
+    if (reset_.take(page_.server())) placed_.request_reset();
     std::optional<capture::PreparedFrame> placed{placed_.next(100ms)};
-    tell_fault(input_.source->fault());
+    log_fault(input_.source->fault());
     if (Clock::now() - reported_ >= report_every) report();
     return placed;
   }
 
   void deliver(capture::PreparedFrame& placed, FrameResult& result) override {
     latency_ = latencies_.add(Clock::now() - placed.captured);
-    tell_warnings(result.warnings);
+    log_warnings(result.warnings);
     count(placed.frame, result);
     send(placed.frame, result);
   }
@@ -156,7 +156,7 @@ class LiveLoop final : private capture::FrameHandler {
     page_.note(result, facts);
   }
 
-  void tell_warnings(const std::vector<Warning>& warnings) {
+  void log_warnings(const std::vector<Warning>& warnings) {
     std::vector<std::string> now;
     for (const Warning& warning : warnings) {
       now.push_back(without_digits(warning.text));
@@ -167,7 +167,7 @@ class LiveLoop final : private capture::FrameHandler {
   }
 
   // Sentences that count seconds are one and the same.
-  void tell_fault(const std::string& fault) {
+  void log_fault(const std::string& fault) {
     if (without_digits(fault) == without_digits(fault_)) return;
     if (fault.empty()) {
       spdlog::info("it works again");
@@ -191,7 +191,7 @@ class LiveLoop final : private capture::FrameHandler {
   Pipeline& pipeline_;
   MessageOutput& output_;
   Page& page_;
-  ResetWish& reset_;
+  ResetRequest& reset_;
   ServiceManager service_;
   FrameTally tally_;
   std::map<std::size_t, StereoFrame> poor_frames_;
@@ -221,11 +221,11 @@ int live(const LiveOptions& options) {
                                     .mask = input.mask,
                                     .extrinsics_given = input.recording.extrinsics_given,
                                     .in_world_of_poses = input.in_world_of_poses})};
-  ResetWish reset;
+  ResetRequest reset;
   Page page{options.page, input.kind, reset.parameters()};
   MessageOutput output{messages, &page.server(), pipeline.rig()};
   catch_interrupts();
-  tell("open {}\n", page.server().url());
+  print("open {}\n", page.server().url());
   if (!failed_output().empty()) return exit_try_again;  // run_program() says it
   LiveLoop loop{input, pipeline, output, page, reset};
   loop.go_on();

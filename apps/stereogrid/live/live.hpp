@@ -64,9 +64,9 @@ class ServiceManager {
   ServiceManager& operator=(const ServiceManager&) = delete;
   ~ServiceManager();
 
-  void tell_ready();
+  void notify_ready();
   /// Sends the watchdog notification, at most once a second; call it more often.
-  void tell_alive();
+  void notify_alive();
 
  private:
   void send(const std::string& words) const;

@@ -25,7 +25,7 @@ std::optional<capture::PreparedFrame> PlacedFrames::next(std::chrono::millisecon
   std::optional<PlacedFrame> placed{latest_.take(patience)};
   if (!placed && latest_.has_ended() && failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
   if (!placed) return std::nullopt;
-  placed->prepared.begins_anew = placed->stream != std::exchange(taken_stream_, placed->stream);
+  placed->prepared.resets_before = placed->stream != std::exchange(taken_stream_, placed->stream);
   return std::move(placed->prepared);
 }
 
@@ -50,12 +50,12 @@ void PlacedFrames::place_next() {
   try {
     if (std::optional<LiveFrame> live{input_.source->next(100ms)}) take(std::move(*live));
   } catch (const InputError& error) {  // the source counts it
-    tell_unusable(error.what());
+    log_unusable(error.what());
   }
 }
 
 void PlacedFrames::take(LiveFrame live) {
-  if (is_to_begin_anew_.exchange(false) || live.begins_anew || !poses_) {
+  if (is_reset_requested_.exchange(false) || live.resets_before || !poses_) {
     poses_.emplace(input_.poses, input_.source->rig(), input_.mask);
     ++stream_;
   }
@@ -65,14 +65,14 @@ void PlacedFrames::take(LiveFrame live) {
     placed.prepared.warning = poses_->place(placed.prepared.frame);
   } catch (const InputError& error) {
     ++refused_;
-    return tell_unusable(error.what());
+    return log_unusable(error.what());
   }
   if (poses_->takes_time())
     placed.prepared.odometry_ms = std::chrono::duration<double, std::milli>{Clock::now() - begun}.count();
   latest_.put(std::move(placed));
 }
 
-void PlacedFrames::tell_unusable(const std::string& reason) {
+void PlacedFrames::log_unusable(const std::string& reason) {
   if (reason != told_) spdlog::warn("a frame cannot be used: {}", reason);
   told_ = reason;
 }

@@ -34,7 +34,7 @@ class PlacedFrames {
   /// By the source, and here.
   [[nodiscard]] std::vector<capture::Drop> dropped() const;
   /// Frames that are not placed yet are another stream's; one that waits already is not.
-  void begin_anew() { is_to_begin_anew_ = true; }
+  void request_reset() { is_reset_requested_ = true; }
 
  private:
   struct PlacedFrame {
@@ -45,11 +45,11 @@ class PlacedFrames {
   void place_all();
   void place_next();
   void take(capture::LiveFrame live);
-  void tell_unusable(const std::string& reason);
+  void log_unusable(const std::string& reason);
 
   const LiveInput& input_;
   capture::Latest<PlacedFrame> latest_;
-  std::atomic<bool> is_to_begin_anew_{false};
+  std::atomic<bool> is_reset_requested_{false};
   std::atomic<bool> is_to_stop_{false};
   std::atomic<std::int64_t> refused_{0};
   std::int64_t taken_stream_{0};  ///< last frame of next()

@@ -37,11 +37,11 @@ void ServiceManager::send(const std::string& words) const {
   if (socket_ >= 0) static_cast<void>(::send(socket_, words.data(), words.size(), MSG_NOSIGNAL | MSG_DONTWAIT));
 }
 
-void ServiceManager::tell_ready() {
+void ServiceManager::notify_ready() {
   send("READY=1");
 }
 
-void ServiceManager::tell_alive() {
+void ServiceManager::notify_alive() {
   constexpr std::chrono::seconds every{1};
   const auto now = std::chrono::steady_clock::now();
   if (now - told_ < every) return;

@@ -29,7 +29,7 @@ std::string reason(int error_number) {
                                 file.string(), reason(error_number))};
 }
 
-[[noreturn]] void complain_of_other(const fs::path& folder, int descriptor) {
+[[noreturn]] void report_other(const fs::path& folder, int descriptor) {
   std::array<char, 24> text{};
   const ssize_t count{pread(descriptor, text.data(), text.size(), 0)};
   const std::string number(text.data(), static_cast<std::size_t>(count > 0 ? count : 0));
@@ -89,7 +89,7 @@ FolderLock::FolderLock(const fs::path& folder) : file_{folder / ".lock"} {
     descriptor_ = open_file(file_.c_str(), O_RDWR | O_CREAT);
     if (descriptor_.get() < 0) cannot_write(file_, errno);
     const int error_number{lock(descriptor_.get())};
-    if (error_number == EWOULDBLOCK) complain_of_other(folder, descriptor_.get());
+    if (error_number == EWOULDBLOCK) report_other(folder, descriptor_.get());
     if (error_number == ENOLCK || error_number == ENOSYS || error_number == EOPNOTSUPP) {
       warning_ = fmt::format("{}: this file system cannot lock ({}): take care that no other stereogrid writes there.",
                              folder.string(), reason(error_number));

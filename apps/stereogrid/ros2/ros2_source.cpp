@@ -70,10 +70,10 @@ struct Ros2Source::State {
   void take_image(const Images& images, std::span<const std::byte> cdr);
   [[nodiscard]] std::shared_ptr<CameraPair> pair_of(Side side, std::int64_t stamp_ns);
   void take_clock(std::span<const std::byte> cdr);
-  void begin_anew(const char* why);
+  void request_reset(const char* why);
   void take_pose(std::span<const std::byte> cdr);
   [[nodiscard]] Pose2 pose_at(std::int64_t stamp_ns);
-  void tell_dropped_poses();
+  void log_dropped_poses();
   void place(capture::LiveFrame& live);
 
   [[nodiscard]] std::shared_ptr<CameraPair> current() const {
@@ -109,7 +109,7 @@ struct Ros2Source::State {
 std::shared_ptr<CameraPair> Ros2Source::State::pair_of(Side side, std::int64_t stamp_ns) {
   const std::scoped_lock lock{mutex};
   std::int64_t& newest{newest_ns.at(side == Side::left ? 0 : 1)};
-  if (stamp_ns + step_back_ns < newest) begin_anew("the stamps of the images step back");
+  if (stamp_ns + step_back_ns < newest) request_reset("the stamps of the images step back");
   newest = std::max(newest, stamp_ns);
   return pair;
 }
@@ -119,10 +119,10 @@ void Ros2Source::State::take_clock(std::span<const std::byte> cdr) {
   messages::decode(cdr, message);
   const std::int64_t now_ns{rosbag::ns_of(message.clock)};
   const std::scoped_lock lock{mutex};
-  if (now_ns < std::exchange(simulated_ns, now_ns)) begin_anew("/clock steps back");
+  if (now_ns < std::exchange(simulated_ns, now_ns)) request_reset("/clock steps back");
 }
 
-void Ros2Source::State::begin_anew(const char* why) {
+void Ros2Source::State::request_reset(const char* why) {
   spdlog::info("{}: all begins anew", why);
   poses.clear();
   if (setup.transforms) setup.transforms->clear();
@@ -156,13 +156,13 @@ void Ros2Source::State::take_pose(std::span<const std::byte> cdr) {
   {
     const std::scoped_lock lock{mutex};
     rosbag::add_poses(found, tally, messages::nav_msgs::Odometry::type_name, cdr);
-    if (tally.dropped() > 0 && tally.dropped() >= 10 * told_dropped) tell_dropped_poses();
+    if (tally.dropped() > 0 && tally.dropped() >= 10 * told_dropped) log_dropped_poses();
   }
   poses.add(found);
 }
 
 /// The mutex is locked.
-void Ros2Source::State::tell_dropped_poses() {
+void Ros2Source::State::log_dropped_poses() {
   if (told_dropped == tally.dropped()) return;
   told_dropped = tally.dropped();
   spdlog::warn("{}: {}. Correct what publishes them.", poses_name, tally.text());
@@ -211,7 +211,7 @@ void Ros2Source::subscribe_images(capture::Side side, const mcap::Topic& topic) 
 
 Ros2Source::~Ros2Source() {
   const std::scoped_lock lock{state_->mutex};
-  state_->tell_dropped_poses();
+  state_->log_dropped_poses();
 }
 
 const Rig& Ros2Source::rig() const {
@@ -223,7 +223,7 @@ std::optional<capture::LiveFrame> Ros2Source::next(std::chrono::milliseconds pat
   const std::shared_ptr<CameraPair> pair{state.current()};
   std::optional<capture::LiveFrame> live{pair->next(patience)};
   if (!live) return std::nullopt;
-  live->begins_anew = state.last_pair && state.last_pair != pair;
+  live->resets_before = state.last_pair && state.last_pair != pair;
   state.last_pair = pair;
   live->frame.stamp_ns = state.stamp_of(live->captured);
   live->frame.index = state.frames++;

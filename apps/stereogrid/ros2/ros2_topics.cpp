@@ -21,7 +21,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto look_every{50ms};
-constexpr auto tell_after{2s};
+constexpr auto log_after{2s};
 
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
@@ -99,11 +99,11 @@ std::string missing_of(const Seen& seen, const rosbag::ImageTopics& chosen, Cloc
 
 }  // namespace
 
-void Waiting::tell(const std::string& sentence) {
+void Waiting::print(const std::string& sentence) {
   if (sentence != sentence_) {
     sentence_ = sentence;
     since_ = Clock::now();
-  } else if (Clock::now() - since_ > tell_after && told_ != sentence) {
+  } else if (Clock::now() - since_ > log_after && told_ != sentence) {
     spdlog::warn("waiting: {}", sentence);
     told_ = sentence;
   }

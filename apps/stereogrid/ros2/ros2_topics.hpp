@@ -22,7 +22,7 @@ namespace stereogrid::app {
 /// Logs a wait that lasts.
 class Waiting {
  public:
-  void tell(const std::string& sentence);
+  void print(const std::string& sentence);
 
  private:
   using Clock = std::chrono::steady_clock;

@@ -22,8 +22,8 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/io/run_folder/checkpoint.hpp"
-#include "stereogrid/io/run_folder/run_record.hpp"
 #include "stereogrid/io/run_folder/frame_lines.hpp"
+#include "stereogrid/io/run_folder/run_record.hpp"
 #include "stereogrid/pipeline.hpp"
 #include "sweeps.hpp"
 
@@ -82,9 +82,9 @@ io::RunRecord record_of(const RunOptions& options, const Input& input, const Pip
   run.warm_up = std::min(range.first, static_cast<std::size_t>(options.warm_up));
   io::RunRecord record{options.folder, std::move(run)};
   const StereoFrame first{first_usable_frame(*input.source, range)};
-  if (const auto complaint{io::complaint_if_swapped(first)}) throw InputError{*complaint};
+  if (const auto complaint{io::finding_if_swapped(first)}) throw InputError{*complaint};
   if (input.recording != nullptr) {
-    if (const auto complaint{io::complaint_if_shifted(first, input.source->rig())}) spdlog::warn("{}", *complaint);
+    if (const auto complaint{io::finding_if_shifted(first, input.source->rig())}) spdlog::warn("{}", *complaint);
   }
   return record;
 }
@@ -138,8 +138,8 @@ void warn_of_frames(const io::RunRecord& record, const Input& input, const Pipel
       return std::nullopt;
     }
   };
-  const Complaints complaints{
-      complaints_of(tally, {input, pipeline.config(), input.source->rig(), pipeline.next_rig(), frame_at})};
+  const Findings complaints{
+      findings_of(tally, {input, pipeline.config(), input.source->rig(), pipeline.next_rig(), frame_at})};
   for (const std::string& text : complaints.texts) spdlog::warn("{}", text);
 }
 
@@ -147,15 +147,15 @@ void warn_of_frames(const io::RunRecord& record, const Input& input, const Pipel
 void print_summary(const io::RunRecord& record, double frames_per_second) {
   if (!spdlog::should_log(spdlog::level::info)) return;
   const io::FrameRange& range{record.range()};
-  tell("{} frames, {} of {} skipped, {:.2f} frames per second\n", record.finished().size(), record.skipped().size(),
-       range.end - range.first, frames_per_second);
-  tell("median ms per frame:");
+  print("{} frames, {} of {} skipped, {:.2f} frames per second\n", record.finished().size(), record.skipped().size(),
+        range.end - range.first, frames_per_second);
+  print("median ms per frame:");
   for (const io::StageField& stage : io::stage_fields) {
-    tell(" {} {:.1f}", stage.name, record.timing(stage.milliseconds).p50);
+    print(" {} {:.1f}", stage.name, record.timing(stage.milliseconds).p50);
   }
   const std::ptrdiff_t alone{frames_of_stereo_alone(record)};
-  if (alone > 0) tell("\n{} of {} frames had no lidar", alone, record.finished().size());
-  tell("\nresults in {}\n", record.folder().string());
+  if (alone > 0) print("\n{} of {} frames had no lidar", alone, record.finished().size());
+  print("\nresults in {}\n", record.folder().string());
 }
 
 }  // namespace
@@ -179,7 +179,7 @@ int run(const RunOptions& options) {
   std::optional<Page> page;
   if (options.view) {
     page.emplace(options.page, options.folder);
-    tell("open {}\n", page->server().url());
+    print("open {}\n", page->server().url());
   }
   ResultWriter writer{writer_options(options, input, pipeline.rig(), record.range().first, page ? &*page : nullptr)};
   const io::Checkpoints checkpoints{record.range().first, static_cast<std::size_t>(options.checkpoint_every),
@@ -189,10 +189,10 @@ int run(const RunOptions& options) {
   const Continuation from{continuation_of(record, pipeline, poses, static_cast<std::size_t>(options.warm_up))};
   for (const std::string& warning : from.warnings) spdlog::warn("{}", warning);
   if (!from.note.empty()) spdlog::info("{}", from.note);
-  record.go_on_from(from.first);
+  record.continue_from(from.first);
   RunLoop loop{pipeline, poses, lidar, record, writer, from.first, checkpoints, options.input_wait_s};
   catch_interrupts();
-  loop.go_through(*input.source);
+  loop.run(*input.source);
   record.save(loop.is_complete());
   if (!loop.is_complete() && !poses.takes_time()) loop.save_state();
   print_summary(record, loop.frames_per_second());

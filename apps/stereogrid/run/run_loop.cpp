@@ -69,7 +69,7 @@ RunLoop::RunLoop(Pipeline& pipeline, PoseStage& poses, const LidarStage& lidar, 
       input_wait_s_{input_wait_s},
       first_to_write_{first_to_do(record)} {}
 
-void RunLoop::go_through(const FrameSource& source) {
+void RunLoop::run(const FrameSource& source) {
   const std::size_t total{record_.range().end - first_to_write_};
   Progress progress{"frames", total};
   // a second thread, so that the next frame is read while this one's motion is found
@@ -132,7 +132,7 @@ void RunLoop::deliver(capture::PreparedFrame& prepared, FrameResult& result) {
   last_processed_ = queued_.index;
   if (queued_.index < first_to_write_) return;
   if (lidar_warning_) result.warnings.push_back({*lidar_warning_});
-  tell_warnings(queued_.name, result.warnings);
+  log_warnings(queued_.name, result.warnings);
   ++frames_done_;
   record_.set_rig(pipeline_.next_rig());
   if (!record_.is_written(queued_.index)) return;
@@ -174,7 +174,7 @@ void RunLoop::save_skipped() {
   record_.save(false);
 }
 
-void RunLoop::tell_warnings(const std::string& name, const std::vector<Warning>& warnings) {
+void RunLoop::log_warnings(const std::string& name, const std::vector<Warning>& warnings) {
   for (const Warning& warning : warnings) {
     const bool is_new{told_.insert(without_digits(warning.text)).second};
     spdlog::log(is_new ? spdlog::level::warn : spdlog::level::debug, "frame {}: {}", name, warning.text);

@@ -28,7 +28,7 @@ class RunLoop final : private capture::FrameHandler {
   RunLoop(Pipeline& pipeline, PoseStage& poses, const LidarStage& lidar, io::RunRecord& record, ResultWriter& writer,
           std::size_t first_frame, const io::Checkpoints& checkpoints, int input_wait_s);
 
-  void go_through(const FrameSource& source);
+  void run(const FrameSource& source);
 
   /// Saves the state of pipeline and odometry after the last processed frame. False: no frame was processed, or the
   /// odometry, which runs ahead, has not kept it.
@@ -50,7 +50,7 @@ class RunLoop final : private capture::FrameHandler {
   std::optional<io::Checkpoint> checkpoint_after(std::size_t index);
   void skip(const std::string& reason);
   void save_skipped();
-  void tell_warnings(const std::string& name, const std::vector<Warning>& warnings);
+  void log_warnings(const std::string& name, const std::vector<Warning>& warnings);
 
   Pipeline& pipeline_;
   PoseStage& poses_;
@@ -62,7 +62,7 @@ class RunLoop final : private capture::FrameHandler {
   int input_wait_s_;
   std::size_t first_to_write_;
   std::size_t next_{first_to_write_};
-  io::FrameQueue* queue_{nullptr};  ///< while go_through() runs
+  io::FrameQueue* queue_{nullptr};  ///< while run() runs
   Progress* progress_{nullptr};
   io::QueuedFrame queued_;                    ///< frame in work
   std::optional<std::string> lidar_warning_;  ///< about the lidar of the last frame

@@ -61,7 +61,7 @@ int simulate(const SimulateOptions& options) {
     }
   }
   writer.finish();
-  if (spdlog::should_log(spdlog::level::info)) tell("{} frames in {}\n", done, options.folder);
+  if (spdlog::should_log(spdlog::level::info)) print("{} frames in {}\n", done, options.folder);
   return interrupted() == 0 ? exit_done : exit_signal_base + interrupted();
 }
 

@@ -137,8 +137,8 @@ int view(const ViewOptions& options) {
   const auto server{start_server(options.page, server_options(file, playback))};
   frames.add_channels(*server);
   catch_interrupts();
-  for (const std::string& sentence : frames.bag().damage()) tell_on_stderr("warning: {}\n", sentence);
-  tell("{} frames; open {}\n", frames.stamps_ns().size(), server->url());
+  for (const std::string& sentence : frames.bag().damage()) log_on_stderr("warning: {}\n", sentence);
+  print("{} frames; open {}\n", frames.stamps_ns().size(), server->url());
   if (!failed_output().empty()) return exit_try_again;  // run_program() says it
   play(frames, playback, *server);
   return exit_done;

@@ -87,7 +87,7 @@ void GstCamera::keep_running(const std::stop_token& stop) {
     while (!stop.stop_requested()) {
       if (run(stop)) {
         if (!loops_) break;
-        pair_.begin_anew();
+        pair_.request_reset();
         continue;
       }
       patience = has_worked_ ? Clock::duration{first_pause} : std::min<Clock::duration>(2 * patience, longest_pause);

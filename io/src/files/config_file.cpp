@@ -17,7 +17,7 @@
 namespace stereogrid::io {
 namespace {
 
-constexpr std::size_t longest_complaint{300};
+constexpr std::size_t longest_error{300};
 
 /// Sets what a YAML document names. Aliases may make a small document endless, so that depth and keys are bounded.
 class Settings {
@@ -34,8 +34,8 @@ class Settings {
   }
 
   [[noreturn]] void fail(const YAML::Node& node, const std::string& what) const {
-    throw ConfigError{fmt::format("{}, line {}: {}", printable_path(path_), node.Mark().line + 1,
-                                  printable(what, longest_complaint))};
+    throw ConfigError{
+        fmt::format("{}, line {}: {}", printable_path(path_), node.Mark().line + 1, printable(what, longest_error))};
   }
 
  private:
@@ -100,7 +100,7 @@ void load_config(const std::filesystem::path& path, Config& config) {
     if (!root.IsMap()) settings.fail(root, "holds no settings: there is no 'key: value'.");
     settings.take(root, "", 1);
   } catch (const YAML::Exception& error) {
-    throw ConfigError{fmt::format("{}, line {}: {}", printable_path(path), error.mark.line + 1, complaint_of(error))};
+    throw ConfigError{fmt::format("{}, line {}: {}", printable_path(path), error.mark.line + 1, error_text_of(error))};
   }
 }
 

@@ -134,7 +134,7 @@ void RunReader::check_grids() const {
   }
 }
 
-void RunReader::complain_of_array(const fs::path& file, const std::string& array) const {
+void RunReader::report_array(const fs::path& file, const std::string& array) const {
   const std::vector<std::string> written{layers_.empty() ? grid_arrays(compact_) : layers_};
   if (std::ranges::find(written, array) == written.end()) {
     throw InputError{printable_path(folder_),
@@ -149,21 +149,21 @@ void RunReader::complain_of_array(const fs::path& file, const std::string& array
 RunGrids RunReader::grids(const std::string& name) const {
   const GridFile file{folder_ / "grids" / (name + ".npz"), grid_};
   for (const auto& [array, layers] : {std::pair{"observed", 1}, {"occupancy", 1}, {"velocity", 2}}) {
-    if (!file.has(array, layers)) complain_of_array(file.path(), array);
+    if (!file.has(array, layers)) report_array(file.path(), array);
   }
   return {file.image("observed", 0), file.image("occupancy", 0), file.image("velocity", 0), file.image("velocity", 1)};
 }
 
 Image<float> RunReader::occupancy(const std::string& name) const {
   const GridFile file{folder_ / "grids" / (name + ".npz"), grid_};
-  if (!file.has("occupancy", 1)) complain_of_array(file.path(), "occupancy");
+  if (!file.has("occupancy", 1)) report_array(file.path(), "occupancy");
   return file.image("occupancy", 0);
 }
 
 RunWorldGrid RunReader::world_grid(const std::string& name) const {
   const fs::path path{folder_ / "grids" / (name + ".npz")};
   std::map<std::string, NpyArray> arrays{read_npz(path)};
-  if (!arrays.contains("world_occupancy") && arrays.contains("occupancy")) complain_of_array(path, "world_occupancy");
+  if (!arrays.contains("world_occupancy") && arrays.contains("occupancy")) report_array(path, "world_occupancy");
   const std::vector<double> origin{arrays["world_origin"].to<double>()};
   const auto is_sensible = [](double metres) { return std::abs(metres) <= farthest_m; };  // not NaN
   if (origin.size() != 2 || !std::ranges::all_of(origin, is_sensible) || arrays["world_occupancy"].size() == 0) {

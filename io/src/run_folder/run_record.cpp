@@ -149,7 +149,7 @@ void RunRecord::add_skipped(SkippedFrame frame) {
   skipped_.insert(place, std::move(frame));
 }
 
-void RunRecord::go_on_from(std::size_t index) {
+void RunRecord::continue_from(std::size_t index) {
   const std::size_t next{std::max(index, finished_.empty() ? 0 : finished_.back().index + 1)};
   std::erase_if(skipped_, [next](const SkippedFrame& frame) { return frame.index >= next; });
 }

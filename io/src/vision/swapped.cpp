@@ -90,7 +90,7 @@ std::optional<double> negative_disparity_px(const StereoFrame& frame) {
   return percentile(farthest_percent);
 }
 
-std::optional<std::string> complaint_if_shifted(const StereoFrame& frame, const Rig& rig) {
+std::optional<std::string> finding_if_shifted(const StereoFrame& frame, const Rig& rig) {
   const auto far_px{negative_disparity_px(frame)};
   if (!far_px) return std::nullopt;
   return fmt::format(
@@ -106,7 +106,7 @@ double coarse_match_share(const Image<std::uint8_t>& left, const Image<std::uint
   return matched_share(coarse(left), coarse(right));
 }
 
-std::optional<std::string> complaint_if_swapped(const StereoFrame& frame) {
+std::optional<std::string> finding_if_swapped(const StereoFrame& frame) {
   const double as_named{coarse_match_share(frame.left, frame.right)};
   if (as_named > 0.5) return std::nullopt;
   const double swapped{coarse_match_share(frame.right, frame.left)};

@@ -41,7 +41,7 @@ Message Batch::message(const MessagePlace& place) const {
           content.subspan(message_head_bytes)};
 }
 
-std::uint64_t Batch::held_bytes() const {
+std::uint64_t Batch::memory_bytes() const {
   return raw.capacity() + unpacked.capacity() + messages.capacity() * sizeof(MessagePlace);
 }
 

@@ -32,7 +32,7 @@ struct Batch {
   std::vector<MessagePlace> messages;
 
   [[nodiscard]] Message message(const MessagePlace& place) const;
-  [[nodiscard]] std::uint64_t held_bytes() const;
+  [[nodiscard]] std::uint64_t memory_bytes() const;
 };
 
 /// A record's first bytes.

@@ -91,7 +91,7 @@ namespace {
 class PlaceCursor : public MessageCursor {
  public:
   PlaceCursor(Batch batch, std::uint64_t& unpacked_bytes)
-      : batch_{std::move(batch)}, held_{batch_.held_bytes()}, unpacked_bytes_{unpacked_bytes} {
+      : batch_{std::move(batch)}, held_{batch_.memory_bytes()}, unpacked_bytes_{unpacked_bytes} {
     unpacked_bytes_ += held_;
   }
   ~PlaceCursor() override { unpacked_bytes_ -= held_; }
@@ -158,7 +158,7 @@ std::unique_ptr<MessageCursor> Reader::messages(const Selection& selection) cons
           state->skip(place, wrong.what());
           return nullptr;
         }
-        if (state->unpacked_bytes + batch.held_bytes() > most_unpacked_bytes) {
+        if (state->unpacked_bytes + batch.memory_bytes() > most_unpacked_bytes) {
           throw InputError{state->file.name(),
                            fmt::format("chunks of more than 1 GiB overlap at byte {}.", place.offset),
                            "Sort the file (mcap sort), or ask for fewer topics."};

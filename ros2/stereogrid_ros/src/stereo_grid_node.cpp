@@ -208,7 +208,7 @@ class StereoGridNode::Frames final : public stereogrid::capture::FrameHandler {
     if (const std::shared_ptr<Pair> now{node_.current_pair()}; now != pair_) {
       pair_ = now;
       odometry_.reset();
-      begins_anew_ = true;
+      resets_before_ = true;
     }
     if (const std::string fault{pair_->fault()}; !fault.empty()) node_.warn(fault);
     std::optional<stereogrid::capture::LiveFrame> live{pair_->next(100ms)};
@@ -216,7 +216,7 @@ class StereoGridNode::Frames final : public stereogrid::capture::FrameHandler {
     PreparedFrame prepared{.frame = std::move(live->frame), .captured = live->captured};
     prepared.frame.stamp_ns = nanoseconds(live->captured) + node_.clock_ns_;
     node_.place(prepared.frame, odometry_, pair_->rig());
-    prepared.begins_anew = std::exchange(begins_anew_, false);
+    prepared.resets_before = std::exchange(resets_before_, false);
     return prepared;
   }
 
@@ -237,7 +237,7 @@ class StereoGridNode::Frames final : public stereogrid::capture::FrameHandler {
   stereogrid::Rig rig_;
   stereogrid::messages::FrameMessages messages_;
   std::shared_ptr<Pair> pair_;
-  bool begins_anew_{false};
+  bool resets_before_{false};
   std::optional<stereogrid::VisualOdometry> odometry_;
   std::int64_t frames_{0};
 };

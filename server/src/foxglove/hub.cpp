@@ -113,7 +113,7 @@ void Hub::receive(ClientId id, std::string_view bytes, bool binary, RequestRate:
                              " bytes of requests per second");
   }
   try {
-    if (binary) throw InputError{complaint_on_binary(bytes)};
+    if (binary) throw InputError{error_on_binary(bytes)};
     std::visit([&](const auto& request) { handle(id, request); }, parse_request(bytes));
   } catch (const InputError& error) {
     ++counters_.faults;

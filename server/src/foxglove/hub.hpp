@@ -103,7 +103,7 @@ class Hub {
   void close(Client& client, const std::string& reason);
   void graph_changed(const std::string& removed_topic = {});
   void parameter_changed(const std::string& name);
-  void tell_subscribers(ChannelId id);
+  void notify_subscribers(ChannelId id);
   [[nodiscard]] std::string graph_text(Client& client) const;
   [[nodiscard]] std::string parameters_text(const std::set<std::string>& names,
                                             const std::optional<std::string>& request) const;

@@ -31,7 +31,7 @@ std::optional<std::string> Hub::subscribe(ClientId id, const Subscription& wante
   client.subscriptions.emplace(wanted.id, wanted.channel);
   client.channels.emplace(wanted.channel, wanted.id);
   stream->second.subscribers.insert(id);
-  tell_subscribers(wanted.channel);
+  notify_subscribers(wanted.channel);
   if (stream->second.last) push(client, stream->second.last);
   return std::nullopt;
 }
@@ -58,10 +58,10 @@ void Hub::unsubscribe(Client& client, ClientId id, SubscriptionId subscription) 
   client.channels.erase(channel);
   client.messages.remove(channel);
   streams_.at(channel).subscribers.erase(id);
-  tell_subscribers(channel);
+  notify_subscribers(channel);
 }
 
-void Hub::tell_subscribers(ChannelId id) {
+void Hub::notify_subscribers(ChannelId id) {
   inbox_.set_subscribers(id, streams_.at(id).subscribers.size());
 }
 

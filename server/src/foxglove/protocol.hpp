@@ -55,7 +55,7 @@ using Request = std::variant<Subscribe, Unsubscribe, GetParameters, SetParameter
 [[nodiscard]] Request parse_request(std::string_view text);
 
 /// Error message on a client's binary message: this server takes none.
-[[nodiscard]] std::string complaint_on_binary(std::string_view bytes);
+[[nodiscard]] std::string error_on_binary(std::string_view bytes);
 
 // The server's messages of the Foxglove WebSocket protocol, version 1 (github.com/foxglove/ws-protocol).
 // Text that is no UTF-8 is mended with U+FFFD.

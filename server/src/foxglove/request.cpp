@@ -188,7 +188,7 @@ Request parse_request(std::string_view text) {
   }
 }
 
-std::string complaint_on_binary(std::string_view bytes) {
+std::string error_on_binary(std::string_view bytes) {
   if (bytes.empty()) return "a binary message has to begin with an operation; this one is empty.";
   switch (bytes[0]) {
     case 1:

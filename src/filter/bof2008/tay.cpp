@@ -11,7 +11,7 @@ namespace stereogrid {
 namespace {
 
 // Prepares the prediction of each cell of the last state.
-void prepare(const FilterStep& step, const FilterState& before, FilterSpace& space) {
+void prepare(const FilterStep& step, const FilterState& before, FilterWorkspace& space) {
   const Image<float>& standing{before.velocity[before.velocity.size() / 2]};
   for (std::size_t c{0}; c < standing.size(); ++c) {
     space.gained.data()[c] = gained_by_moving(step, 1.0f, standing.data()[c]);

@@ -69,7 +69,7 @@ class Source {
 
   // out[i] = column x_begin + ix + i of row y + iy, for i < count
   void fetch(int y, int count, Pair out) const {
-    const FilterSpace& space{tile_.after.space};
+    const FilterWorkspace& space{tile_.after.space};
     const auto [row, begin, end] = span(y, count);
     const float* still{space.still_occupied.row(row) + first()};
     fill(0, begin, out);

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "filter/joint/moving_blocks.hpp"
-#include "held_bytes.hpp"
+#include "memory_bytes.hpp"
 
 namespace stereogrid {
 
@@ -44,7 +44,7 @@ class ActiveBlocks {
   /// `decide` for all rows.
   [[nodiscard]] CellColumns reached_columns(int row, const FilterStep& step, Scroll scroll) const;
 
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(seen_, active_, columns_); }
+  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(seen_, active_, columns_); }
 
  private:
   // Some of the cells that have since moved to `cells` have been known.

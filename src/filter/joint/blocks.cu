@@ -36,7 +36,7 @@ __device__ void number_wanted(int* slots, int count, int capacity) {
   }
 }
 
-__global__ void begin_wanted(int* slots, int count, int capacity) {
+__global__ void allocate_marked(int* slots, int count, int capacity) {
   number_wanted(slots, count, capacity);
 }
 
@@ -60,8 +60,8 @@ __global__ void begin_reached(const FilterMotion* motion, const CellBox* moving,
 
 }  // namespace
 
-void begin_wanted_blocks(Cuda& cuda, const FilterOnDevice& filter, FilterStateOnDevice& state) {
-  launch(cuda, begin_wanted, 1, threads, 0, state.slots.data(), static_cast<int>(state.slots.size()) - 2,
+void allocate_marked_blocks(Cuda& cuda, const FilterOnDevice& filter, FilterStateOnDevice& state) {
+  launch(cuda, allocate_marked, 1, threads, 0, state.slots.data(), static_cast<int>(state.slots.size()) - 2,
          filter.capacity);
 }
 

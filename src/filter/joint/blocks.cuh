@@ -17,8 +17,8 @@ struct JointPointers {
   float* mass;
   int* slots;
   float* scale;
-  float* born_standing;
-  float* born_moving;
+  float* birth_static;
+  float* birth_moving;
   float* occupancy;
   float* standing;
   float* age_s;
@@ -26,14 +26,14 @@ struct JointPointers {
 
 inline JointPointers joint_pointers(const FilterStateOnDevice& state) {
   const auto of = [](const auto& buffer) { return const_cast<float*>(buffer.data()); };
-  return {of(state.mass),        const_cast<int*>(state.slots.data()),
-          of(state.scale),       of(state.born_standing),
-          of(state.born_moving), of(state.occupancy),
-          of(state.standing),    of(state.age_s)};
+  return {of(state.mass),         const_cast<int*>(state.slots.data()),
+          of(state.scale),        of(state.birth_static),
+          of(state.birth_moving), of(state.occupancy),
+          of(state.standing),     of(state.age_s)};
 }
 
-/// MovingBlocks::begin_wanted.
-void begin_wanted_blocks(Cuda& cuda, const FilterOnDevice& filter, FilterStateOnDevice& state);
+/// MovingBlocks::allocate_marked.
+void allocate_marked_blocks(Cuda& cuda, const FilterOnDevice& filter, FilterStateOnDevice& state);
 /// MovingBlocks::begin, from `filter.moving`.
 void begin_reached_blocks(Cuda& cuda, const FilterOnDevice& filter, const FilterMotion* motion,
                           FilterStateOnDevice& state);

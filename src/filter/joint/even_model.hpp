@@ -18,7 +18,7 @@ constexpr int block_cells{block_columns * block_rows};
 
 /// Thresholds with scene flow: more than the dynamic mass of an unknown cell, and more than the share of mass not seen
 /// to move.
-constexpr MovingFrom moving_told{0.15f, 0.2f};
+constexpr MovingFrom moving_from_flow{0.15f, 0.2f};
 /// Thresholds otherwise: the smallest mass that the filter distinguishes from noise.
 constexpr MovingFrom moving_found{0.05f, 0};
 

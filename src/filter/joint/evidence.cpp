@@ -27,7 +27,7 @@ bool CellWeigher::weigh(const VelocityEvidence& one, bool may_start) {
       return false;
     }
   }
-  state_.forget_kind(x, y);
+  state_.invalidate_kind(x, y);
   state_.standing(x, y) = cell.standing;
   layers_.moving(x, y) = moving_share(occupancy, cell.standing);
   write_velocity(refined(one, axis_mps, side, cell), x, y, layers_);
@@ -71,8 +71,8 @@ void fill_begun_block(const FilterTables& tables, FilterState& state, int block)
 
 }  // namespace
 
-void begin_wanted_blocks(const FilterTables& tables, FilterState& state) {
-  for (const int block : state.blocks.begin_wanted()) fill_begun_block(tables, state, block);
+void allocate_marked_blocks(const FilterTables& tables, FilterState& state) {
+  for (const int block : state.blocks.allocate_marked()) fill_begun_block(tables, state, block);
 }
 
 }  // namespace stereogrid

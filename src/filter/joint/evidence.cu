@@ -57,21 +57,21 @@ __device__ WeighedCell weigh_masses(const Weighing& in, const VelocityEvidence& 
   const int velocities{in.side * in.side};
   float* const masses{state.mass + mass_index(slot, velocities, 0, i % in.cells, i / in.cells)};
   const float scale{state.scale[i]};
-  const float born_standing{state.born_standing[i]};
-  const float born_moving{state.born_moving[i]};
+  const float birth_static{state.birth_static[i]};
+  const float birth_moving{state.birth_moving[i]};
   const float standing{state.standing[i]};
   const float started{standing - standing_before(one, state.occupancy[i], standing)};
   const float started_each{started * in.each_moving};
   const auto mass = [&](int k) {
     const bool stands{k == velocities / 2};
-    const float before{scale * masses[k * block_cells] + (stands ? born_standing : born_moving)};
+    const float before{scale * masses[k * block_cells] + (stands ? birth_static : birth_moving)};
     return before + (stands ? -started : started_each);
   };
   const WeighedCell cell{weigh_by_rows(in, one, mass, [masses](int k, float m) { masses[k * block_cells] = m; })};
   __syncwarp();  // all lanes have read scale and birth
   if (lane_of_warp() == 0) {
     state.scale[i] = 1;
-    state.born_standing[i] = state.born_moving[i] = 0;
+    state.birth_static[i] = state.birth_moving[i] = 0;
   }
   return cell;
 }
@@ -143,7 +143,7 @@ __global__ void fill_begun_blocks(Weighing in, JointPointers state) {
   float* const masses{state.mass + mass_index(slot, velocities, 0, x, y)};
   for (int k{0}; k < velocities; ++k) masses[k * block_cells] = k == velocities / 2 ? state.standing[i] : each;
   state.scale[i] = 1;
-  state.born_standing[i] = state.born_moving[i] = 0;
+  state.birth_static[i] = state.birth_moving[i] = 0;
 }
 
 }  // namespace
@@ -162,7 +162,7 @@ void weigh_velocities(Cuda& cuda, FilterOnDevice& filter, const VelocityEvidence
                     filter.starts.data()};
   const JointPointers pointers_of_state{joint_pointers(state)};
   launch(cuda, weigh_cells, blocks, warps * warp, 0, in, pointers_of_state, pointers(layers));
-  begin_wanted_blocks(cuda, filter, state);
+  allocate_marked_blocks(cuda, filter, state);
   launch(cuda, fill_begun_blocks, dim3{static_cast<unsigned>(layout.across), static_cast<unsigned>(layout.along)},
          dim3{block_columns, block_rows}, 0, in, pointers_of_state);
   launch(cuda, weigh_starting_cells, blocks, warps * warp, 0, in, pointers_of_state, pointers(layers));

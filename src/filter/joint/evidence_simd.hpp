@@ -32,7 +32,7 @@ struct WeighedCells {
 };
 
 /// `weigh` for many cells, equal to it on every instruction set. Works in `space`, see
-/// WeighingSpace::masses.
+/// WeighingWorkspace::masses.
 void weigh_cells(const std::vector<float>& axis_mps, float* space, WeighedCells& cells);
 
 }  // namespace stereogrid

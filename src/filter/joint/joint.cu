@@ -37,7 +37,7 @@ __global__ void prepare(const FilterMotion* motion, const double* speed_mps, Joi
     const float all{before.occupancy[i]};
     const float standing{before.standing[i]};
     const float gained{gained_by_moving(step, all, standing)};
-    prepared[i] = make_float4(before.scale[i], before.born_moving[i], gained, disturbed_standing(step, all, standing));
+    prepared[i] = make_float4(before.scale[i], before.birth_moving[i], gained, disturbed_standing(step, all, standing));
     even[i] = disturbed(step.kept_moving, even_mass(step.each_moving, all, standing), gained);
     if (has_some && is_moving(step.moving_from, all, standing) && !is_as_unseen(step, all, standing, before.age_s[i])) {
       atomicMin(&box.x_first, x);
@@ -50,7 +50,7 @@ __global__ void prepare(const FilterMotion* motion, const double* speed_mps, Joi
   if (tid == 0) moving[block] = box;
 }
 
-// A thread per cell of the step before: FilterSpace::spread.
+// A thread per cell of the step before: FilterWorkspace::spread.
 __global__ void spread_along_x(const FilterMotion* motion, const Antecedents* from, const float* even, int cells,
                                float* spread) {
   const int i{static_cast<int>(blockIdx.x * row_threads + threadIdx.x)};
@@ -156,9 +156,9 @@ __device__ FilteredCell filter_masses(const Target& target, const float* speed_m
                                         observed.likelihood, observed.view)};
   const int i{target.y * target.cells + target.x};
   after.scale[i] = update.scale;
-  after.born_standing[i] = update.born_standing;
-  after.born_moving[i] = update.born_moving;
-  return {update.occupancy, update.scale * arrived_standing(target, here) + update.born_standing,
+  after.birth_static[i] = update.birth_static;
+  after.birth_moving[i] = update.birth_moving;
+  return {update.occupancy, update.scale * arrived_standing(target, here) + update.birth_static,
           updated(step, update, sums)};
 }
 

@@ -62,7 +62,7 @@ void extend(CellBox& box, std::uint32_t bits, int x_first, int y) {
 
 void FindCells(const JointStep& joint, int block_row) {
   const FilterState& before{joint.before};
-  FilterSpace& space{joint.after.space};
+  FilterWorkspace& space{joint.after.space};
   const BlockLayout& layout{before.blocks.layout()};
   const int first{block_row * layout.across};
   CellBox* const moving{space.moving.data() + first};

@@ -25,7 +25,7 @@ namespace {
 using Float = hn::CappedTag<float, block_columns>;
 void PrepareRow(const JointStep& joint, int y, CellColumns columns) {
   const FilterStep& step{joint.step};
-  FilterSpace& space{joint.after.space};
+  FilterWorkspace& space{joint.after.space};
   for_shrinking_vectors(Float{}, columns.begin, columns.end, [&](auto d, int x) {
     const auto occupancy = hn::LoadU(d, joint.before.occupancy.row(y) + x);
     const auto standing = hn::LoadU(d, joint.before.standing.row(y) + x);
@@ -52,7 +52,7 @@ void add_moved(const float* from, int width, int offset, float share, float bord
 }
 
 void SpreadAlongX(const JointStep& joint, int y, CellColumns columns) {
-  FilterSpace& space{joint.after.space};
+  FilterWorkspace& space{joint.after.space};
   const int cells{space.even.width()};
   float* const sums{space.spread.row(y)};
   std::fill(sums + columns.begin, sums + columns.end, 0.0f);
@@ -92,7 +92,7 @@ bool are_inside(const JointStep& joint, int y) {
 void ArriveInside(const JointStep& joint, const float* before, BlockRow& cells) {
   constexpr int vectors{block_columns / lanes};
   const Float d;
-  const FilterSpace& space{joint.after.space};
+  const FilterWorkspace& space{joint.after.space};
   hn::Vec<Float> spread[vectors];
   for (auto& sum : spread) sum = hn::Zero(d);
   for (int j{0}; j < joint.step.side; ++j) {
@@ -112,7 +112,7 @@ void ArriveInside(const JointStep& joint, const float* before, BlockRow& cells) 
 
 void ArriveEvenly(const JointStep& joint, CellColumns columns, BlockRow& cells) {
   if (columns.begin == columns.end) return;
-  const FilterSpace& space{joint.after.space};
+  const FilterWorkspace& space{joint.after.space};
   const int size{space.even.width()};
   const float* const before{space.even.row(cells.y + joint.scroll.y)};
   if (columns.end - columns.begin == block_columns && are_inside(joint, cells.y)) {
@@ -230,7 +230,7 @@ class Antecedent {
   }
 
   const JointStep& joint_;
-  const FilterSpace& space_;
+  const FilterWorkspace& space_;
   int cells_;
   int x_;
   int y_;

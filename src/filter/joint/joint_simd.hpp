@@ -62,8 +62,8 @@ struct BlockRow {
   float unseen[block_columns];    ///< 1: was as unseen_cell
   // the update of the masses
   float scale[block_columns];
-  float born_moving[block_columns];
-  float born_standing[block_columns];
+  float birth_moving[block_columns];
+  float birth_static[block_columns];
 };
 
 /// Reads the last state of a row that was completely in the window: age, standstill, unseen.

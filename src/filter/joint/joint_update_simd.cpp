@@ -92,9 +92,9 @@ class Updating {
     const UpdateOfCell<V> update{
         (joint_update)(joint_.step, sums.mass, load(row_.standing), load(row_.age_s), likelihood(), view())};
     keep(update.scale, row_.scale);
-    keep(update.born_moving, row_.born_moving);
-    keep(update.born_standing, row_.born_standing);
-    const V standing{hn::Add(hn::Mul(update.scale, load(row_.standing)), update.born_standing)};
+    keep(update.birth_moving, row_.birth_moving);
+    keep(update.birth_static, row_.birth_static);
+    const V standing{hn::Add(hn::Mul(update.scale, load(row_.standing)), update.birth_static)};
     return {update.occupancy, standing, (updated)(joint_.step, update, sums)};
   }
 
@@ -159,8 +159,8 @@ void RescaleRow(const FilterStep& step, const BlockRow& row, float* masses) {
   const int standstill{step.standstill()};
   for_shrinking_vectors(Float{}, 0, row.columns, [&](auto d, int i) {
     const auto scale = hn::LoadU(d, row.scale + i);
-    const auto moving = hn::LoadU(d, row.born_moving + i);
-    const auto standing = hn::LoadU(d, row.born_standing + i);
+    const auto moving = hn::LoadU(d, row.birth_moving + i);
+    const auto standing = hn::LoadU(d, row.birth_static + i);
     float* of_velocity{masses + i};
     for (int k{0}; k < velocities; ++k, of_velocity += block_cells) {
       const auto kept = hn::Mul(scale, hn::LoadU(d, of_velocity));

@@ -33,7 +33,7 @@ void MovingBlocks::begin(const FilterStep& step, Scroll scroll, std::span<const 
       for (int x{reached.x_first}; x <= reached.x_last; ++x) want(y * layout_.across + x);
     }
   }
-  begin_wanted();
+  allocate_marked();
 }
 
 void MovingBlocks::want(int block) {
@@ -41,7 +41,7 @@ void MovingBlocks::want(int block) {
   if (slot < 0) slot = slot_wanted;
 }
 
-std::span<const int> MovingBlocks::begin_wanted() {
+std::span<const int> MovingBlocks::allocate_marked() {
   std::size_t begun{0};
   for (int& slot : slots_) {
     if (slot != slot_wanted) continue;

@@ -8,7 +8,7 @@
 
 #include "filter/joint/even_model.hpp"
 #include "geometry/window.hpp"
-#include "held_bytes.hpp"
+#include "memory_bytes.hpp"
 #include "unset_allocator.hpp"
 
 namespace stereogrid {
@@ -42,9 +42,9 @@ class MovingBlocks {
   void want(int block);
   /// Assigns uninitialised masses to marked blocks, in their order, while there is room. Returns the new ones; valid
   /// until the next call.
-  std::span<const int> begin_wanted();
+  std::span<const int> allocate_marked();
 
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(slots_, masses_, begun_); }
+  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(slots_, masses_, begun_); }
 
   template <class State>
   void exchange(State& state) {

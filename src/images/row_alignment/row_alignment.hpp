@@ -9,8 +9,8 @@
 #include "geometry/match_lattice.hpp"
 #include "geometry/matches.hpp"
 #include "geometry/road_plane.hpp"
-#include "held_bytes.hpp"
 #include "images/row_alignment/model.hpp"
+#include "memory_bytes.hpp"
 #include "stereogrid/camera.hpp"
 #include "stereogrid/image.hpp"
 
@@ -79,7 +79,7 @@ class RowAlignment {
     state(offsets_, remembered_, is_identity_);
   }
 
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(rows_, samples_); }
+  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(rows_, samples_); }
 
  private:
   void collect(int row, View<const std::uint8_t> left, View<const std::uint8_t> right, const Matches& matches,

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "held_bytes.hpp"
 #include "matching/model.hpp"
+#include "memory_bytes.hpp"
 
 namespace stereogrid {
 
@@ -41,7 +41,7 @@ class CandidateRow {
     shift()[u] = candidate.shift;
   }
 
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(values_, shifts_); }
+  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(values_, shifts_); }
 
  private:
   std::size_t pitch_{0};
@@ -54,7 +54,7 @@ struct RowCandidates {
   RowCandidates() = default;
   explicit RowCandidates(int width) : upright{width}, level{width} {}
 
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(upright, level); }
+  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(upright, level); }
 
   CandidateRow upright;
   CandidateRow level;

@@ -17,7 +17,7 @@
 namespace stereogrid {
 // Smallest ranks of the row's places, and which of them each pixel meets. Compiled for no instruction set: with one,
 // g++ takes vectors for single numbers here, which is slower.
-HWY_NOINLINE void claim_places(int width, ClassifySpace& space);
+HWY_NOINLINE void claim_places(int width, ClassifyWorkspace& space);
 }  // namespace stereogrid
 
 HWY_BEFORE_NAMESPACE();
@@ -98,7 +98,7 @@ HWY_NOINLINE void choose_candidates(const DecideRow& row, std::int16_t* lead) {
 }
 
 // winner_of, and whether anything is wrong with it but its claim
-HWY_NOINLINE void find_winners(const DecideRow& of_row, ClassifySpace& space) {
+HWY_NOINLINE void find_winners(const DecideRow& of_row, ClassifyWorkspace& space) {
   const Ints d32;
   const Floats df;
   const hn::Rebind<std::uint8_t, Ints> d8;
@@ -138,7 +138,7 @@ HWY_NOINLINE void find_winners(const DecideRow& of_row, ClassifySpace& space) {
 }
 
 // To obstacle[u] and so on, whole vectors.
-HWY_INLINE void write_results(int left_right_px, int u, const ClassifySpace& space, float* obstacle, float* on_road,
+HWY_INLINE void write_results(int left_right_px, int u, const ClassifyWorkspace& space, float* obstacle, float* on_road,
                               float* confidence) {
   const Ints d32;
   const Floats df;
@@ -157,7 +157,7 @@ HWY_INLINE void write_results(int left_right_px, int u, const ClassifySpace& spa
   hn::StoreU(hn::IfThenZeroElse(is_unmatched, sure), df, confidence + u);
 }
 
-void Decide(const DecideRow& row, ClassifySpace& space) {
+void Decide(const DecideRow& row, ClassifyWorkspace& space) {
   const int lanes{static_cast<int>(hn::Lanes(Ints{}))};
   choose_candidates(row, space.lead.data());
   find_winners(row, space);
@@ -185,7 +185,7 @@ namespace stereogrid {
 
 HWY_EXPORT(Decide);
 
-void claim_places(int width, ClassifySpace& space) {
+void claim_places(int width, ClassifyWorkspace& space) {
   std::uint32_t* const claims{space.claims.data()};
   std::uint32_t* const place{space.place.data()};
   const std::uint32_t* const rank{space.rank.data()};
@@ -197,7 +197,7 @@ void claim_places(int width, ClassifySpace& space) {
   for (int u{0}; u < width; ++u) place[u] = claims[place[u]];
 }
 
-ClassifySpace::ClassifySpace(int width) {
+ClassifyWorkspace::ClassifyWorkspace(int width) {
   const std::size_t size{static_cast<std::size_t>(width) + CandidateRow::padding};
   lead.resize(size);
   place.resize(size);
@@ -211,7 +211,7 @@ ClassifySpace::ClassifySpace(int width) {
   claims.resize(size);
 }
 
-void classify_row(const DecideRow& row, ClassifySpace& space) {
+void classify_row(const DecideRow& row, ClassifyWorkspace& space) {
   HWY_DYNAMIC_DISPATCH(Decide)(row, space);
 }
 

@@ -5,18 +5,18 @@
 #include <cstdint>
 #include <vector>
 
-#include "held_bytes.hpp"
 #include "matching/checks/candidates.hpp"
+#include "memory_bytes.hpp"
 
 namespace stereogrid {
 
 /// Working memory of classify_row.
-struct ClassifySpace {
-  ClassifySpace() = default;
-  explicit ClassifySpace(int width);
+struct ClassifyWorkspace {
+  ClassifyWorkspace() = default;
+  explicit ClassifyWorkspace(int width);
 
-  [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(lead, place, rank, labelled, evidence, unmatched, obstacle, on_road, confidence, claims);
+  [[nodiscard]] std::size_t memory_bytes() const {
+    return memory_bytes_of(lead, place, rank, labelled, evidence, unmatched, obstacle, on_road, confidence, claims);
   }
 
   std::vector<std::int16_t> lead;    ///< [u]: cost of the road hypothesis less that of the upright one
@@ -48,6 +48,6 @@ struct DecideRow {
 
 /// Label and disparity of a row's pixels: the cheaper hypothesis (winner_of), if its minimum is clear and its window
 /// textured, and if no cheaper pixel of the row claims the same place of the right image with another disparity.
-void classify_row(const DecideRow& row, ClassifySpace& space);
+void classify_row(const DecideRow& row, ClassifyWorkspace& space);
 
 }  // namespace stereogrid

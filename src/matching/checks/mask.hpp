@@ -6,7 +6,7 @@
 #include <cstdint>
 
 #include "geometry/matches.hpp"
-#include "held_bytes.hpp"
+#include "memory_bytes.hpp"
 #include "stereogrid/image.hpp"
 #include "stereogrid/level_mapping.hpp"
 
@@ -31,7 +31,7 @@ class PixelMask {
   /// Takes the disparities away, in the rows first_row() + begin … first_row() + end − 1.
   void clear(int begin, int end, Matches& matches) const;
 
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(masked_); }
+  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(masked_); }
 
  private:
   Image<std::uint8_t> masked_;

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "geometry/matches.hpp"
-#include "held_bytes.hpp"
 #include "matching/surfaces_simd.hpp"
+#include "memory_bytes.hpp"
 
 namespace stereogrid {
 
@@ -35,7 +35,7 @@ class Speckles {
   void join_bands(const Matches& matches);
   void remove_small(int band, const SpeckleSizes& smallest, Matches& matches) const;
 
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(bands_) + pixels_ * sizeof(Run); }
+  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(bands_) + pixels_ * sizeof(Run); }
 
  private:
   struct Run {
@@ -57,9 +57,9 @@ class Speckles {
     SurfaceBits bits;
     std::vector<std::uint64_t> continues_left_above;  ///< the row above's
 
-    [[nodiscard]] std::size_t held_bytes() const {
-      return held_bytes_of(labelled, labelled_above, bits.is_measured, bits.continues_left, bits.continues_above,
-                           continues_left_above);
+    [[nodiscard]] std::size_t memory_bytes() const {
+      return memory_bytes_of(labelled, labelled_above, bits.is_measured, bits.continues_left, bits.continues_above,
+                             continues_left_above);
     }
   };
 

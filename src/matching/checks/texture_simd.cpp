@@ -35,7 +35,7 @@ void update_columns(const std::uint8_t* entering, const std::uint8_t* leaving, i
 
 // With sums of type T, which may saturate above `least`.
 template <class T>
-void finish_row(int width, int half, std::int32_t least, TextureSpace& space, std::uint8_t* textured) {
+void finish_row(int width, int half, std::int32_t least, TextureWorkspace& space, std::uint8_t* textured) {
   const hn::ScalableTag<T> d;
   const hn::Rebind<std::uint16_t, decltype(d)> d16;
   const hn::Rebind<std::uint8_t, decltype(d)> d8;
@@ -59,7 +59,7 @@ void finish_row(int width, int half, std::int32_t least, TextureSpace& space, st
 }
 
 void TextureRows(const Padded<std::uint8_t>& left, int half, std::int32_t least, int begin, int end,
-                 TextureSpace& space, Padded<std::uint8_t>& textured) {
+                 TextureWorkspace& space, Padded<std::uint8_t>& textured) {
   const int width{left.width()};
   std::fill(space.columns.begin(), space.columns.end(), std::uint16_t{0});
   std::uint16_t* columns{space.columns.data() + half};
@@ -82,7 +82,7 @@ namespace stereogrid {
 
 HWY_EXPORT(TextureRows);
 
-TextureSpace::TextureSpace(int width, int half_window) {
+TextureWorkspace::TextureWorkspace(int width, int half_window) {
   // two vectors beyond the window's columns
   const std::size_t size{static_cast<std::size_t>(width + 4 * half_window + 2 + 128)};
   columns.resize(size);
@@ -90,7 +90,7 @@ TextureSpace::TextureSpace(int width, int half_window) {
 }
 
 void texture_rows(const Padded<std::uint8_t>& left, int half_window, std::int32_t least, int begin, int end,
-                  TextureSpace& space, Padded<std::uint8_t>& textured) {
+                  TextureWorkspace& space, Padded<std::uint8_t>& textured) {
   HWY_DYNAMIC_DISPATCH(TextureRows)(left, half_window, least, begin, end, space, textured);
 }
 

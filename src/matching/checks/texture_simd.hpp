@@ -6,17 +6,17 @@
 #include <cstdint>
 #include <vector>
 
-#include "held_bytes.hpp"
 #include "matching/padded.hpp"
+#include "memory_bytes.hpp"
 
 namespace stereogrid {
 
 /// Working memory of texture_rows.
-struct TextureSpace {
-  TextureSpace() = default;
-  TextureSpace(int width, int half_window);
+struct TextureWorkspace {
+  TextureWorkspace() = default;
+  TextureWorkspace(int width, int half_window);
 
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(columns, fours); }
+  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(columns, fours); }
 
   std::vector<std::uint16_t> columns;  ///< [half_window + u]: contrast summed over the window's rows
   std::vector<std::int32_t> fours;     ///< [u]: sums of four columns
@@ -25,6 +25,6 @@ struct TextureSpace {
 /// textured = 1 where the window's sum of |L(u+1) − L(u−1)| is at least `least`, else 0, for the rows begin … end − 1;
 /// the border is repeated.
 void texture_rows(const Padded<std::uint8_t>& left, int half_window, std::int32_t least, int begin, int end,
-                  TextureSpace& space, Padded<std::uint8_t>& textured);
+                  TextureWorkspace& space, Padded<std::uint8_t>& textured);
 
 }  // namespace stereogrid

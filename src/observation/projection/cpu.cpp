@@ -16,9 +16,9 @@ float larger(float a, float b) {
 }
 
 // Row d of each level, from the level before.
-void find_largest(View<const float> occupancy, int d, ProjectionSpace& space) {
+void find_largest(View<const float> occupancy, int d, ProjectionWorkspace& space) {
   const float* before{occupancy.row(d)};
-  for (int k{0}; k < ProjectionSpace::levels; ++k) {
+  for (int k{0}; k < ProjectionWorkspace::levels; ++k) {
     float* row{space.largest[static_cast<std::size_t>(k)].row(d)};
     const int apart{1 << k};
     for (int u{0}; u + 2 * apart <= occupancy.width; ++u) row[u] = larger(before[u], before[u + apart]);
@@ -29,7 +29,7 @@ void find_largest(View<const float> occupancy, int d, ProjectionSpace& space) {
 // Largest occupancy of many columns from that of 1, 2, 4 or 8 at a time; the last ones overlap.
 class Largest {
  public:
-  Largest(View<const float> occupancy, const ProjectionSpace& space) : width_{occupancy.width} {
+  Largest(View<const float> occupancy, const ProjectionWorkspace& space) : width_{occupancy.width} {
     level_[0] = occupancy.row(0);
     for (std::size_t k{0}; k < space.largest.size(); ++k) level_[k + 1] = space.largest[k].data();
   }
@@ -47,14 +47,14 @@ class Largest {
 
  private:
   int width_;
-  const float* level_[ProjectionSpace::levels + 1];
+  const float* level_[ProjectionWorkspace::levels + 1];
 };
 
 bool is_same(const GridInVehicle& a, const GridInVehicle& b) {
   return a.grid == b.grid && a.x_m == b.x_m && a.y_m == b.y_m && a.cos_yaw == b.cos_yaw && a.sin_yaw == b.sin_yaw;
 }
 
-void project_planned(const Largest& largest, const ProjectionSpace& space, int iy, View<float> cells) {
+void project_planned(const Largest& largest, const ProjectionWorkspace& space, int iy, View<float> cells) {
   const std::size_t* first{space.first_span.data() + static_cast<std::ptrdiff_t>(iy) * cells.width};
   for (int ix{0}; ix < cells.width; ++ix) {
     float highest{-1};
@@ -75,7 +75,7 @@ void project_row(const Largest& largest, const Spans& spans, int iy, View<float>
 }  // namespace
 
 void project(Cpu& cpu, View<const float> occupancy, const BinGeometry& bins, const GridInVehicle& grid,
-             ProjectionSpace& space, View<float> cells) {
+             ProjectionWorkspace& space, View<float> cells) {
   cpu.for_ranges(occupancy.height, rows_grain, [&](int begin, int end) {
     for (int d{begin}; d < end; ++d) find_largest(occupancy, d, space);
   });

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "held_bytes.hpp"
+#include "memory_bytes.hpp"
 #include "observation/projection/model.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/image.hpp"
@@ -23,14 +23,14 @@ struct BinSpan {
 };
 
 /// Working memory of `project`, and the bins of the cells of a grid that is fixed in the vehicle frame.
-struct ProjectionSpace {
+struct ProjectionWorkspace {
   static constexpr int levels{3};
 
-  ProjectionSpace(int width, int disparities);
+  ProjectionWorkspace(int width, int disparities);
   /// Takes this grid as the one that stays: the next projections to it need no geometry. Allocates.
   void plan(const BinGeometry& bins, const GridInVehicle& grid);
 
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(largest, first_span, spans); }
+  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(largest, first_span, spans); }
 
   std::vector<Image<float>> largest;  ///< [k] (D, W) largest occupancy of the 2^(k+1) columns from u on
   GridInVehicle planned{};
@@ -42,8 +42,8 @@ struct ProjectionSpace {
 /// (depth [f·b/(d+½), f·b/(d−½)], columns u ± ½) shares an area with it, 0.5 where none does. `occupancy` is (D, W);
 /// the grid may lie anywhere in the vehicle frame. `bins` are those that `space` was planned for, if it was.
 void project(Cpu& cpu, View<const float> occupancy, const BinGeometry& bins, const GridInVehicle& grid,
-             ProjectionSpace& space, View<float> cells);
+             ProjectionWorkspace& space, View<float> cells);
 void project(Reference& reference, View<const float> occupancy, const BinGeometry& bins, const GridInVehicle& grid,
-             ProjectionSpace& space, View<float> cells);
+             ProjectionWorkspace& space, View<float> cells);
 
 }  // namespace stereogrid

@@ -31,7 +31,7 @@ float cell_by_overlap(View<const float> occupancy, const BinGeometry& bins, cons
 }  // namespace
 
 void project(Reference&, View<const float> occupancy, const BinGeometry& bins, const GridInVehicle& grid,
-             ProjectionSpace&, View<float> cells) {
+             ProjectionWorkspace&, View<float> cells) {
   for (int iy{0}; iy < cells.height; ++iy) {
     for (int ix{0}; ix < cells.width; ++ix) {
       const CellCorners cell{grid.corners(ix, iy)};

@@ -5,10 +5,10 @@
 
 namespace stereogrid {
 
-ProjectionSpace::ProjectionSpace(int width, int disparities)
+ProjectionWorkspace::ProjectionWorkspace(int width, int disparities)
     : largest(static_cast<std::size_t>(levels), Image<float>{width, disparities}) {}
 
-void ProjectionSpace::plan(const BinGeometry& bins, const GridInVehicle& grid) {
+void ProjectionWorkspace::plan(const BinGeometry& bins, const GridInVehicle& grid) {
   planned = grid;
   first_span.clear();
   spans.clear();

@@ -46,7 +46,7 @@ struct RayRows {
 // A column's counts of bins are preceded by one that receives what does not count.
 class RayCounter {
  public:
-  RayCounter(const Matches& matches, int begin, int end, RaySpace& space)
+  RayCounter(const Matches& matches, int begin, int end, RayWorkspace& space)
       : matches_{matches}, space_{space}, begin_{begin}, counts_{space.sums.row(begin + 1)}, columns_{end - begin} {
     static_assert(relief_bins_per_px == ray_bins_per_px);
     const Relief<Host>& relief{space.relief};
@@ -168,7 +168,7 @@ class RayCounter {
   static constexpr int word_bits{32};
 
   const Matches& matches_;
-  RaySpace& space_;
+  RayWorkspace& space_;
   int begin_;
   PackedRays* counts_;
   int columns_;
@@ -179,7 +179,7 @@ class RayCounter {
   const std::int16_t* raised_[ray_block_columns];  ///< rows by bin
 };
 
-AmbiguousPixels CountRayBlock(const Matches& matches, int begin, int end, RaySpace& space) {
+AmbiguousPixels CountRayBlock(const Matches& matches, int begin, int end, RayWorkspace& space) {
   return RayCounter{matches, begin, end, space}.run();
 }
 
@@ -193,7 +193,7 @@ namespace stereogrid {
 
 HWY_EXPORT(CountRayBlock);
 
-AmbiguousPixels count_ray_block(const Matches& matches, int begin, int end, RaySpace& space) {
+AmbiguousPixels count_ray_block(const Matches& matches, int begin, int end, RayWorkspace& space) {
   return HWY_DYNAMIC_DISPATCH(CountRayBlock)(matches, begin, end, space);
 }
 

@@ -16,6 +16,6 @@ using AmbiguousPixels = std::array<std::int32_t, ray_block_columns>;
 
 /// Counts the rays of columns begin … end − 1, at most ray_block_columns, in each bin: count_ray of every pixel.
 /// `space.sums` has the counts of column u and bin k at (k + 1, u + 1). Returns the number of ambiguous pixels of each.
-AmbiguousPixels count_ray_block(const Matches& matches, int begin, int end, RaySpace& space);
+AmbiguousPixels count_ray_block(const Matches& matches, int begin, int end, RayWorkspace& space);
 
 }  // namespace stereogrid

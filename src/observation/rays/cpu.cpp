@@ -21,7 +21,7 @@ constexpr int tile_columns{16};
 constexpr int sum_bins{32};
 
 // Bins begin … end − 1.
-void sum_columns(int begin, int end, RaySpace& space) {
+void sum_columns(int begin, int end, RayWorkspace& space) {
   for (int u{1}; u <= space.width; ++u) {
     const PackedRays* const before{space.sums.row(u - 1)};
     PackedRays* const sums{space.sums.row(u)};
@@ -49,7 +49,7 @@ void for_visible(const HiddenCells& hidden, const CellRange& rows, View<float> c
 }  // namespace
 
 void count_rays(Cpu& cpu, const Matches& matches, const Rig& rig, const Ground& ground, const UDisparityConfig& config,
-                RaySpace& space) {
+                RayWorkspace& space) {
   space.place(rig, ground, config);
   const int blocks{(space.width + ray_block_columns - 1) / ray_block_columns};
   cpu.for_ranges(blocks, 1, [&](int first, int last) {
@@ -66,7 +66,7 @@ void count_rays(Cpu& cpu, const Matches& matches, const Rig& rig, const Ground& 
   cpu.for_ranges(space.bins + 1, sum_bins, [&](int begin, int end) { sum_columns(begin, end, space); });
 }
 
-void project_rays(Cpu& cpu, const RaySpace& space, const BinGeometry& geometry, const GridInVehicle& grid,
+void project_rays(Cpu& cpu, const RayWorkspace& space, const BinGeometry& geometry, const GridInVehicle& grid,
                   View<float> cells) {
   const RaySums<Host> sums{space.sums.view()};
   const HiddenCells hidden{sums, geometry, grid};

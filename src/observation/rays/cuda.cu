@@ -20,7 +20,7 @@ struct Placement {
   bool follow_roll;
 };
 
-// RaySpace::place. A thread per column, and per row.
+// RayWorkspace::place. A thread per column, and per row.
 __global__ void place(Placement placement, Rig rig, const Ground* ground, int width, int rows, int margin, int bins,
                       std::int32_t* shift, RayRow* out, UprightRange* upright) {
   const int i{static_cast<int>(blockIdx.x * threads + threadIdx.x)};
@@ -107,7 +107,7 @@ __device__ int opaque_bins_by_warp(int height, const UprightRange& range, const 
   return 0;
 }
 
-// RaySpace::stop_at_pattern. A warp per column.
+// RayWorkspace::stop_at_pattern. A warp per column.
 __global__ void stop_at_patterns(Counting counting, MatchViews matches) {
   const int u{static_cast<int>(blockIdx.x * threads + threadIdx.x) / warp};
   if (u >= matches.road.width) return;

@@ -7,7 +7,7 @@
 
 #include "geometry/matches.hpp"
 #include "geometry/relief.hpp"
-#include "held_bytes.hpp"
+#include "memory_bytes.hpp"
 #include "observation/rays/model.hpp"
 #include "stereogrid/config.hpp"
 
@@ -17,9 +17,9 @@ class Cpu;
 struct Reference;
 
 /// Working memory and result of `count_rays`. Allocated once.
-struct RaySpace {
+struct RayWorkspace {
   /// `disparities` 0: nothing, for configurations that do without. `has_relief`: `relief` may be set.
-  RaySpace(int width, int height, int disparities, bool has_relief = false);
+  RayWorkspace(int width, int height, int disparities, bool has_relief = false);
 
   /// For the road of a frame.
   void place(const Rig& rig, const Ground& ground, const UDisparityConfig& config);
@@ -39,7 +39,7 @@ struct RaySpace {
     const auto pixel = [&](int v) { return matches.obstacle(u, v); };
     stop_rays(opaque_bins(height, upright, pixel, [&](int v) { return ground_row(u, v); }), sums.row(u + 1));
   }
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(shift, rows, sums); }
+  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(shift, rows, sums); }
 
   int width;
   int height;
@@ -61,15 +61,15 @@ float blur_of(double sigma_px);
 
 /// Counts where the rays of all pixels end, from disparity images.
 void count_rays(Cpu& cpu, const Matches& matches, const Rig& rig, const Ground& ground, const UDisparityConfig& config,
-                RaySpace& space);
+                RayWorkspace& space);
 void count_rays(Reference& reference, const Matches& matches, const Rig& rig, const Ground& ground,
-                const UDisparityConfig& config, RaySpace& space);
+                const UDisparityConfig& config, RayWorkspace& space);
 
 /// P(occupied) of the cells of a grid anywhere in the vehicle frame, from what the rays of each say together: how many
 /// end in it, in front of it, behind it, how many come as far and how many pass. docs/method.md §6.2.
-void project_rays(Cpu& cpu, const RaySpace& space, const BinGeometry& geometry, const GridInVehicle& grid,
+void project_rays(Cpu& cpu, const RayWorkspace& space, const BinGeometry& geometry, const GridInVehicle& grid,
                   View<float> cells);
-void project_rays(Reference& reference, const RaySpace& space, const BinGeometry& geometry, const GridInVehicle& grid,
-                  View<float> cells);
+void project_rays(Reference& reference, const RayWorkspace& space, const BinGeometry& geometry,
+                  const GridInVehicle& grid, View<float> cells);
 
 }  // namespace stereogrid

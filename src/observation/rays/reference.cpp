@@ -9,7 +9,7 @@
 namespace stereogrid {
 
 void count_rays(Reference&, const Matches& matches, const Rig& rig, const Ground& ground,
-                const UDisparityConfig& config, RaySpace& space) {
+                const UDisparityConfig& config, RayWorkspace& space) {
   space.place(rig, ground, config);
   space.sums.fill(0);
   for (int v{0}; v < space.height; ++v) {
@@ -28,7 +28,7 @@ void count_rays(Reference&, const Matches& matches, const Rig& rig, const Ground
   }
 }
 
-void project_rays(Reference&, const RaySpace& space, const BinGeometry& geometry, const GridInVehicle& grid,
+void project_rays(Reference&, const RayWorkspace& space, const BinGeometry& geometry, const GridInVehicle& grid,
                   View<float> cells) {
   const CellsInView in_view{geometry, grid, space.blur_px};
   for (int iy{0}; iy < cells.height; ++iy) {

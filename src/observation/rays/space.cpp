@@ -7,7 +7,7 @@
 
 namespace stereogrid {
 
-RaySpace::RaySpace(int image_width, int image_height, int disparities, bool has_relief)
+RayWorkspace::RayWorkspace(int image_width, int image_height, int disparities, bool has_relief)
     : width{image_width},
       height{image_height},
       bins{disparities * ray_bins_per_px},
@@ -16,7 +16,7 @@ RaySpace::RaySpace(int image_width, int image_height, int disparities, bool has_
       rows(static_cast<std::size_t>(bins > 0 ? image_height + 2 * margin : 0)),
       sums{bins > 0 ? bins + 1 : 0, bins > 0 ? image_width + 1 : 0} {}
 
-void RaySpace::place(const Rig& rig, const Ground& ground, const UDisparityConfig& config) {
+void RayWorkspace::place(const Rig& rig, const Ground& ground, const UDisparityConfig& config) {
   const double slope{config.follow_roll ? -std::tan(ground.roll_rad) : 0.0};
   const int most{largest_shift(width)};
   for (int u{0}; u < width; ++u) shift[static_cast<std::size_t>(u)] = row_shift(slope, u - rig.cx_px, most);

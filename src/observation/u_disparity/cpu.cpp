@@ -18,7 +18,7 @@ constexpr std::size_t taps_max{2 * 60 + 1};  // taps for sigma_column 20
 
 // N_V, N_O and the road's bins in columns begin … end − 1, which have one shift.
 void count_block(const Matches& matches, const BinConfig& config, ColumnRange columns,
-                 std::vector<std::uint16_t>& counts, UDisparitySpace& space, StageImages& stages) {
+                 std::vector<std::uint16_t>& counts, UDisparityWorkspace& space, StageImages& stages) {
   const int begin{columns.begin};
   const int width{columns.end - begin};
   const int disparities{stages.occupancy.height()};
@@ -31,7 +31,7 @@ void count_block(const Matches& matches, const BinConfig& config, ColumnRange co
               counts.data());
 }
 
-void count_pixel_bins(Cpu& cpu, const Matches& matches, const BinConfig& config, UDisparitySpace& space,
+void count_pixel_bins(Cpu& cpu, const Matches& matches, const BinConfig& config, UDisparityWorkspace& space,
                       StageImages& stages) {
   space.rows.cut(block_columns);
   const int parts{static_cast<int>(space.counts.size())};
@@ -44,7 +44,7 @@ void count_pixel_bins(Cpu& cpu, const Matches& matches, const BinConfig& config,
 }
 
 // Sums over the three columns around each; bin 0 and bins behind the last count as empty.
-void sum_road_columns(UDisparitySpace& space, int d) {
+void sum_road_columns(UDisparityWorkspace& space, int d) {
   const int width{space.has_road.width()};
   std::uint8_t* sums{space.road_columns.row(d)};
   if (d == 0 || d >= space.has_road.height()) {
@@ -57,7 +57,7 @@ void sum_road_columns(UDisparitySpace& space, int d) {
   if (width > 1) sums[width - 1] = static_cast<std::uint8_t>(row[width - 2] + row[width - 1]);
 }
 
-void infer_row(const UDisparityTables& tables, const UDisparitySpace& space, int d, StageImages& stages) {
+void infer_row(const UDisparityTables& tables, const UDisparityWorkspace& space, int d, StageImages& stages) {
   const BinConfig& config{tables.config};
   const RowRange rows{space.rows.rows[static_cast<std::size_t>(d)]};
   const int road_before{std::max(d - 1, 0)};
@@ -106,7 +106,7 @@ void smooth_along_disparity(const std::vector<float>& weights, const Image<float
 }  // namespace
 
 void count(Cpu& cpu, const Matches& matches, const Rig& rig, const Ground& ground, const UDisparityTables& tables,
-           UDisparitySpace& space, StageImages& stages) {
+           UDisparityWorkspace& space, StageImages& stages) {
   const int width{matches.road.width()};
   const int disparities{stages.occupancy.height()};
   space.rows.place(rig, ground, tables.config);

@@ -42,7 +42,7 @@ int possible_at(const BinRows& bins, int u, int d) {
   return possible_in_column(rows.first, rows.last, bins.shift[static_cast<std::size_t>(u)], bins.height);
 }
 
-void infer_bin(const UDisparityTables& tables, const UDisparitySpace& space, int u, int d, StageImages& stages) {
+void infer_bin(const UDisparityTables& tables, const UDisparityWorkspace& space, int u, int d, StageImages& stages) {
   const BinConfig& config{tables.config};
   const BinConstants<float> constants{
       bin_constants(static_cast<float>(config.false_positive), static_cast<float>(config.false_negative))};
@@ -59,7 +59,7 @@ void infer_bin(const UDisparityTables& tables, const UDisparitySpace& space, int
 }
 
 // Along columns first, then along disparity; bin 0 is left out; borders repeat.
-void smooth(const UDisparityTables& tables, UDisparitySpace& space, StageImages& stages) {
+void smooth(const UDisparityTables& tables, UDisparityWorkspace& space, StageImages& stages) {
   const int width{stages.occupancy.width()};
   const int disparities{stages.occupancy.height()};
   const int reach_u{static_cast<int>(tables.weights_column.size()) / 2};
@@ -90,7 +90,7 @@ void smooth(const UDisparityTables& tables, UDisparitySpace& space, StageImages&
 }  // namespace
 
 void count(Reference&, const Matches& matches, const Rig& rig, const Ground& ground, const UDisparityTables& tables,
-           UDisparitySpace& space, StageImages& stages) {
+           UDisparityWorkspace& space, StageImages& stages) {
   const int width{matches.road.width()};
   const int disparities{stages.occupancy.height()};
   space.rows.place(rig, ground, tables.config);

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "geometry/road_plane.hpp"
-#include "held_bytes.hpp"
+#include "memory_bytes.hpp"
 #include "observation/u_disparity/model.hpp"
 #include "stereogrid/config.hpp"
 
@@ -39,8 +39,8 @@ struct BinRows {
   /// Bins in which they are high enough above the road to be part of an obstacle.
   [[nodiscard]] const BinRange* upright_bins(int u) const { return upright_bins_of_row.data() + first_row(u); }
 
-  [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(shift, rows, upright_rows, bins_of_row, upright_bins_of_row, blocks);
+  [[nodiscard]] std::size_t memory_bytes() const {
+    return memory_bytes_of(shift, rows, upright_rows, bins_of_row, upright_bins_of_row, blocks);
   }
 
   int height;

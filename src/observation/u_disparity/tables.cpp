@@ -46,7 +46,7 @@ std::vector<float> gaussian_weights(double sigma) {
   return normalised;
 }
 
-UDisparitySpace::UDisparitySpace(int width, int height, int bins, int threads)
+UDisparityWorkspace::UDisparityWorkspace(int width, int height, int bins, int threads)
     : rows{width, height, bins},
       counts(static_cast<std::size_t>(threads),
              std::vector<std::uint16_t>(static_cast<std::size_t>(bins + 1) * pixel_kinds * block_columns)),

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "held_bytes.hpp"
 #include "matching/matching.hpp"
+#include "memory_bytes.hpp"
 #include "observation/u_disparity/rows.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/result.hpp"
@@ -21,7 +21,7 @@ struct BinConfig : UDisparityConfig, PaperConfig {};
 struct UDisparityTables {
   UDisparityTables(const BinConfig& config, int image_height, int window_px);
 
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(miss, weights_column, weights_disparity); }
+  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(miss, weights_column, weights_disparity); }
 
   BinConfig config;
   int half_window{0};                   ///< with left_border, bins with u < d + this stay unknown
@@ -38,11 +38,11 @@ float miss_of(const BinConfig& config, int visible, int observed);
 std::vector<float> gaussian_weights(double sigma);
 
 /// Working memory of `count`.
-struct UDisparitySpace {
-  UDisparitySpace(int width, int height, int bins, int threads);
+struct UDisparityWorkspace {
+  UDisparityWorkspace(int width, int height, int bins, int threads);
 
-  [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(rows, counts, has_road, road_columns, smooth_once);
+  [[nodiscard]] std::size_t memory_bytes() const {
+    return memory_bytes_of(rows, counts, has_road, road_columns, smooth_once);
   }
 
   BinRows rows;
@@ -56,8 +56,8 @@ struct UDisparitySpace {
 /// 11–15), Gaussian smoothing. The rows of `stages` are the bins. N_P in `stages` is that of the column u0; with roll
 /// the image ends earlier or later in others. Fills everything in `stages` but the disparity images.
 void count(Cpu& cpu, const Matches& matches, const Rig& rig, const Ground& ground, const UDisparityTables& tables,
-           UDisparitySpace& space, StageImages& stages);
+           UDisparityWorkspace& space, StageImages& stages);
 void count(Reference& reference, const Matches& matches, const Rig& rig, const Ground& ground,
-           const UDisparityTables& tables, UDisparitySpace& space, StageImages& stages);
+           const UDisparityTables& tables, UDisparityWorkspace& space, StageImages& stages);
 
 }  // namespace stereogrid

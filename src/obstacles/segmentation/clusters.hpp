@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "held_bytes.hpp"
+#include "memory_bytes.hpp"
 #include "motion/scene_flow.hpp"
 #include "motion/symmetric2.hpp"
 #include "obstacles/segmentation/segments.hpp"
@@ -65,7 +65,7 @@ struct Cluster {
 constexpr std::size_t things_reserved{1024};
 
 /// Clusters and their working memory. Allocated once.
-struct ClusterSpace {
+struct ClusterWorkspace {
   enum class Motion { unknown, stands, moves };
   /// Feature tracked on a cluster.
   struct Followed {
@@ -76,9 +76,9 @@ struct ClusterSpace {
         Motion::unknown};  ///< `moves`: certainly, and with the velocity of the segment's other moving features
   };
   /// `points`: reserved capacity for tracked features.
-  ClusterSpace(const Rig& level_rig, const UDisparityConfig& heights, int disparities, std::size_t points = 0);
+  ClusterWorkspace(const Rig& level_rig, const UDisparityConfig& heights, int disparities, std::size_t points = 0);
 
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(segmenter, clusters, followed, values); }
+  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(segmenter, clusters, followed, values); }
 
   Segmenter segmenter;
   Rig rig;
@@ -88,13 +88,14 @@ struct ClusterSpace {
 };
 
 /// Splits segments whose tracked features are partly dynamic and partly static.
-void separate_movers(const std::vector<FlowVector>& vectors, const Pose2& world_from_vehicle, ClusterSpace& space);
+void separate_movers(const std::vector<FlowVector>& vectors, const Pose2& world_from_vehicle, ClusterWorkspace& space);
 
 /// A cluster for each segment, with its outline, and with occupancy and velocity of the filtered grid.
-void describe_segments(const GridLayers& world, const Pose2& world_from_vehicle, ClusterSpace& space);
+void describe_segments(const GridLayers& world, const Pose2& world_from_vehicle, ClusterWorkspace& space);
 
 /// Sets the velocities of clusters with tracked features.
-void measure_velocities(const std::vector<FlowVector>& vectors, const Pose2& world_from_vehicle, ClusterSpace& space);
+void measure_velocities(const std::vector<FlowVector>& vectors, const Pose2& world_from_vehicle,
+                        ClusterWorkspace& space);
 
 /// Edges of a frame.
 struct FrameEdges {
@@ -114,13 +115,13 @@ void fit_boxes(std::vector<Cluster>& clusters);
 template <class ForRanges>
 void find_segments(View<const float> obstacle, const Ground& ground, const Relief<Host>& relief,
                    const Pose2& world_from_vehicle, const std::vector<FlowVector>& vectors, const ForRanges& for_ranges,
-                   ClusterSpace& space) {
+                   ClusterWorkspace& space) {
   space.segmenter.find(obstacle, ground, for_ranges, relief);
   separate_movers(vectors, world_from_vehicle, space);
 }
 
 inline void make_clusters(const GridLayers& world, const Pose2& world_from_vehicle,
-                          const std::vector<FlowVector>& vectors, const FrameEdges& edges, ClusterSpace& space) {
+                          const std::vector<FlowVector>& vectors, const FrameEdges& edges, ClusterWorkspace& space) {
   describe_segments(world, world_from_vehicle, space);
   measure_velocities(vectors, world_from_vehicle, space);
   add_drops(edges, world, world_from_vehicle, space.clusters);

@@ -179,7 +179,7 @@ void NearObstacles::hold(std::span<const Cell> cells, std::span<const CellState>
     unmatchable += is_unmatchable ? 1 : 0;
     present += is_present ? 1 : 0;
     if (x < 0 || x >= window.nx || y < 0 || y >= window.ny) continue;
-    const HeldCell held{y * window.nx + x, cells[i].occupancy};
+    const RetainedCell held{y * window.nx + x, cells[i].occupancy};
     if (is_unmatchable) unmatchable_.cells.push_back(held);
     if (is_present) present_.cells.push_back(held);
   }

@@ -52,11 +52,11 @@ bool belongs(Point2 at, const Outline& outline, bool is_closed) {
 NearObstacles::NearObstacles(const Rig& level_rig, const MatchingConfig& matching, int window_cells)
     : rig_{level_rig}, matching_{matching}, is_taken_{window_cells, window_cells} {
   columns_.resize(static_cast<std::size_t>(MatchLattice{rig_.width_px, rig_.height_px}.across));
-  cells_.reserve(held_cells_max);
-  states_.reserve(held_cells_max);
+  cells_.reserve(retained_cells_max);
+  states_.reserve(retained_cells_max);
   for (HeldObstacles* held : {&unmatchable_, &present_}) {
-    held->cells.reserve(held_cells_max);
-    held->ids.reserve(held_cells_max);
+    held->cells.reserve(retained_cells_max);
+    held->ids.reserve(retained_cells_max);
   }
 }
 
@@ -101,7 +101,7 @@ void NearObstacles::take_cells(const Obstacle& obstacle, const Outline& outline,
   for (int y{index(least.y - beside_m, window.y_min_m, window.ny)}; y <= last_y; ++y) {
     for (int x{index(least.x - beside_m, window.x_min_m, window.nx)}; x <= last_x; ++x) {
       const float occupancy{world.occupancy(x, y)};
-      if (!(occupancy > occupied_min) || is_taken_(x, y) != 0 || cells_.size() >= held_cells_max) continue;
+      if (!(occupancy > occupied_min) || is_taken_(x, y) != 0 || cells_.size() >= retained_cells_max) continue;
       if (!belongs(vehicle_from_world * window.centre(x, y), outline, obstacle.kind == ObstacleKind::object)) continue;
       is_taken_(x, y) = 1;
       cells_.push_back({obstacle.id, first_x + x, first_y + y, std::min(occupancy, occupancy_max),

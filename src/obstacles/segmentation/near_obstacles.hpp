@@ -7,10 +7,10 @@
 #include <span>
 #include <vector>
 
-#include "filter/held_cell.hpp"
+#include "filter/retained_cell.hpp"
 #include "geometry/road_plane.hpp"
 #include "ground/frame_validator.hpp"
-#include "held_bytes.hpp"
+#include "memory_bytes.hpp"
 #include "obstacles/tracking/tracking.hpp"
 #include "stereogrid/camera.hpp"
 #include "stereogrid/config.hpp"
@@ -22,8 +22,8 @@ namespace stereogrid {
 
 /// Cells and obstacles that remain as they were observed last.
 struct HeldObstacles {
-  std::vector<HeldCell> cells;    ///< without duplicates
-  std::vector<std::int64_t> ids;  ///< ids of obstacles, ascending
+  std::vector<RetainedCell> cells;  ///< without duplicates
+  std::vector<std::int64_t> ids;    ///< ids of obstacles, ascending
 };
 
 /// Static obstacles near enough for the camera to lose them: beyond the disparity search, or in front of all ground in
@@ -47,11 +47,11 @@ class NearObstacles {
   template <class State>
   void exchange(State& state) {
     state(cells_);
-    if constexpr (requires { state.require(true); }) state.require(cells_.size() <= held_cells_max);
+    if constexpr (requires { state.require(true); }) state.require(cells_.size() <= retained_cells_max);
   }
-  [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(cells_, states_, columns_, is_taken_, unmatchable_.cells, unmatchable_.ids, present_.cells,
-                         present_.ids);
+  [[nodiscard]] std::size_t memory_bytes() const {
+    return memory_bytes_of(cells_, states_, columns_, is_taken_, unmatchable_.cells, unmatchable_.ids, present_.cells,
+                           present_.ids);
   }
 
  private:

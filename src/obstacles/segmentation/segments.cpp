@@ -23,7 +23,7 @@ constexpr double depth_px{0.75};  // … or in px, for noise
 constexpr int tolerance_max{8};
 constexpr int pixels_min{20};  // minimum pixels of a segment
 constexpr double surface_min_m2{0.03};
-constexpr double longest_thing_m{6};  // longer segments are cut where they are thin
+constexpr double object_length_max_m{6};  // longer segments are cut where they are thin
 constexpr double slice_m{0.5};
 constexpr int slices_around{6};
 constexpr double thin_share{0.2};
@@ -267,7 +267,7 @@ bool Segmenter::cut(std::size_t segment) {
     least = std::min(least, axis.along(node(i).place));
     most = std::max(most, axis.along(node(i).place));
   }
-  if (most - least < longest_thing_m) return false;
+  if (most - least < object_length_max_m) return false;
   const auto slice_of = [&](const SegmentNode& one) { return (axis.along(one.place) - least) / slice_m; };
   profile_.assign(static_cast<std::size_t>(std::ceil((most - least) / slice_m)) + 1, 0);
   for (const int i : of(segment)) profile_[static_cast<std::size_t>(slice_of(node(i)))] += node(i).weight;

@@ -10,7 +10,7 @@
 
 #include "geometry/relief.hpp"
 #include "geometry/road_plane.hpp"
-#include "held_bytes.hpp"
+#include "memory_bytes.hpp"
 #include "obstacles/segmentation/upright_row.hpp"
 #include "stereogrid/camera.hpp"
 #include "stereogrid/config.hpp"
@@ -94,8 +94,8 @@ class Segmenter {
     return true;
   }
 
-  [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(bins_, tallies_, counted_, labels_, marks_, nodes_, order_, segments_, pieces_, profile_);
+  [[nodiscard]] std::size_t memory_bytes() const {
+    return memory_bytes_of(bins_, tallies_, counted_, labels_, marks_, nodes_, order_, segments_, pieces_, profile_);
   }
 
  private:

@@ -71,7 +71,7 @@ double height_of(std::vector<double>& tops) {
 
 class Strips {
  public:
-  Strips(ClusterSpace& space, std::size_t segment, Cluster& cluster) : rig_{space.rig} {
+  Strips(ClusterWorkspace& space, std::size_t segment, Cluster& cluster) : rig_{space.rig} {
     const Segmenter& segmenter{space.segmenter};
     place(segmenter, segment, space.values, cluster);
     for (const int index : segmenter.of(segment)) of(segmenter.node(index)).pixels += segmenter.node(index).pixels;
@@ -186,7 +186,7 @@ void fit_outline(const Rig& rig, Strips& strips, Cluster& cluster) {
   }
 }
 
-Cluster outlined(ClusterSpace& space, std::size_t segment) {
+Cluster outlined(ClusterWorkspace& space, std::size_t segment) {
   Cluster cluster;
   Strips strips{space, segment, cluster};
   strips.draw_near(cluster.outline);
@@ -270,14 +270,15 @@ Bounds bounds_of(const Outline& outline) {
   return bounds;
 }
 
-ClusterSpace::ClusterSpace(const Rig& level_rig, const UDisparityConfig& heights, int disparities, std::size_t points)
+ClusterWorkspace::ClusterWorkspace(const Rig& level_rig, const UDisparityConfig& heights, int disparities,
+                                   std::size_t points)
     : segmenter{level_rig, heights, disparities}, rig{level_rig} {
   clusters.reserve(things_reserved);
   followed.reserve(points);
   values.reserve(std::max(points, segmenter.nodes_reserved()));
 }
 
-void describe_segments(const GridLayers& world, const Pose2& world_from_vehicle, ClusterSpace& space) {
+void describe_segments(const GridLayers& world, const Pose2& world_from_vehicle, ClusterWorkspace& space) {
   space.clusters.clear();
   for (std::size_t i{0}; i < space.segmenter.size(); ++i) {
     Cluster cluster{outlined(space, i)};

@@ -30,8 +30,8 @@ constexpr double coarse_m_per_px{5};
 /// Squared Mahalanobis distance from the median.
 constexpr double outlier{9};
 constexpr std::size_t points_min{2};
-using Followed = std::span<const ClusterSpace::Followed>;
-using Motion = ClusterSpace::Motion;
+using Followed = std::span<const ClusterWorkspace::Followed>;
+using Motion = ClusterWorkspace::Motion;
 
 // Median velocity of the features for which `counts(feature)` is true; 0: none.
 template <class Counts>
@@ -99,8 +99,8 @@ double distance(const FlowVector& vector, Point2 velocity) {
 }
 
 // Classifies the features of one segment: static, or certainly dynamic with one common velocity.
-void tell_motion(const std::vector<FlowVector>& vectors, std::span<ClusterSpace::Followed> followed,
-                 std::vector<double>& values) {
+void log_motion(const std::vector<FlowVector>& vectors, std::span<ClusterWorkspace::Followed> followed,
+                std::vector<double>& values) {
   for (auto& one : followed) {
     if (distance(vectors[one.vector], {}) < outlier) one.motion = Motion::stands;
   }
@@ -112,7 +112,7 @@ void tell_motion(const std::vector<FlowVector>& vectors, std::span<ClusterSpace:
 }
 
 // True if the nearest classified feature but `other` moves.
-bool moves_at(Segmenter::Spot spot, Followed followed, const ClusterSpace::Followed* other = nullptr) {
+bool moves_at(Segmenter::Spot spot, Followed followed, const ClusterWorkspace::Followed* other = nullptr) {
   constexpr int columns_of_a_bin{4};  // columns that equal a bin of half a pixel in distance
   Motion motion{Motion::unknown};
   int least{std::numeric_limits<int>::max()};
@@ -142,7 +142,7 @@ bool are_two(Followed followed) {
 }
 
 // Assigns features to segments, sorted by segment.
-void find_followed(const std::vector<FlowVector>& vectors, const Pose2& world_from_vehicle, ClusterSpace& space) {
+void find_followed(const std::vector<FlowVector>& vectors, const Pose2& world_from_vehicle, ClusterWorkspace& space) {
   const Pose2 vehicle_from_world{inverse(world_from_vehicle)};
   space.followed.clear();
   for (std::size_t i{0}; i < vectors.size(); ++i) {
@@ -156,7 +156,7 @@ void find_followed(const std::vector<FlowVector>& vectors, const Pose2& world_fr
 
 // Calls work(segment, features) for each segment with features.
 template <class Work>
-void for_segments(std::vector<ClusterSpace::Followed>& followed, const Work& work) {
+void for_segments(std::vector<ClusterWorkspace::Followed>& followed, const Work& work) {
   for (auto begin = followed.begin(); begin != followed.end();) {
     const int label{begin->label};
     const auto end = std::find_if(begin, followed.end(), [&](const auto& one) { return one.label != label; });
@@ -167,16 +167,17 @@ void for_segments(std::vector<ClusterSpace::Followed>& followed, const Work& wor
 
 }  // namespace
 
-void separate_movers(const std::vector<FlowVector>& vectors, const Pose2& world_from_vehicle, ClusterSpace& space) {
+void separate_movers(const std::vector<FlowVector>& vectors, const Pose2& world_from_vehicle, ClusterWorkspace& space) {
   find_followed(vectors, world_from_vehicle, space);
-  for_segments(space.followed, [&](std::size_t segment, std::span<ClusterSpace::Followed> followed) {
-    tell_motion(vectors, followed, space.values);
+  for_segments(space.followed, [&](std::size_t segment, std::span<ClusterWorkspace::Followed> followed) {
+    log_motion(vectors, followed, space.values);
     if (!are_two(followed)) return;
     space.segmenter.split(segment, [&](const SegmentNode& node) { return !moves_at({node.u, node.bin}, followed); });
   });
 }
 
-void measure_velocities(const std::vector<FlowVector>& vectors, const Pose2& world_from_vehicle, ClusterSpace& space) {
+void measure_velocities(const std::vector<FlowVector>& vectors, const Pose2& world_from_vehicle,
+                        ClusterWorkspace& space) {
   find_followed(vectors, world_from_vehicle, space);
   for_segments(space.followed, [&](std::size_t segment, Followed followed) {
     const Point2& at{vectors[followed[0].vector].place};

@@ -91,7 +91,7 @@ void Tracker::update(const GridLayers& world, const std::vector<Cluster>& cluste
   std::erase_if(tracks_, [&](const Track& track) {
     if (!(track.unseen_s > 0)) return false;
     if (is_held(track)) return !is_in_view(vehicle_from_world * track.shape.centre);
-    return is_forgotten(track) || (!track.is_merged && is_over(track, clusters, world, vehicle_from_world));
+    return is_expired(track) || (!track.is_merged && is_over(track, clusters, world, vehicle_from_world));
   });
 }
 
@@ -223,7 +223,7 @@ bool Tracker::are_one_mover(const Track& piece, const Track& whole) {
 }
 
 // Time limit for unobserved tracks: twice their observed time, so that fragments of a frame end with it.
-bool Tracker::is_forgotten(const Track& track) const {
+bool Tracker::is_expired(const Track& track) const {
   const double seen_s{track.age_s - track.unseen_s};
   return track.unseen_s > std::min(config_.coast_s, 2 * seen_s) || !is_certain(track) ||
          (track.is_merged && seen_s < known_s);

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "held_bytes.hpp"
+#include "memory_bytes.hpp"
 #include "obstacles/segmentation/clusters.hpp"
 #include "obstacles/tracking/box.hpp"
 #include "obstacles/tracking/motion_state.hpp"
@@ -57,8 +57,8 @@ class Tracker {
     }
   }
 
-  [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(tracks_, pairs_, is_track_taken_, is_cluster_taken_);
+  [[nodiscard]] std::size_t memory_bytes() const {
+    return memory_bytes_of(tracks_, pairs_, is_track_taken_, is_cluster_taken_);
   }
 
  private:
@@ -113,7 +113,7 @@ class Tracker {
   static bool is_replaced(const Track& track, const std::vector<Cluster>& clusters);
   void merge_movers();
   static bool are_one_mover(const Track& piece, const Track& whole);
-  [[nodiscard]] bool is_forgotten(const Track& track) const;
+  [[nodiscard]] bool is_expired(const Track& track) const;
   [[nodiscard]] bool is_over(const Track& track, const std::vector<Cluster>& clusters, const GridLayers& world,
                              const Pose2& vehicle_from_world) const;
   /// `at`: vehicle frame.

@@ -91,7 +91,7 @@ HostMemory::HostMemory(const Rig& rig, const GridGeometry& vehicle_grid, int win
       grids{PackedGrids{vehicle_grid, window_cells}.size()},
       evidence{static_cast<std::size_t>(window_cells) * static_cast<std::size_t>(window_cells)},
       evidence_count{1},
-      held{held_cells_max},
+      held{retained_cells_max},
       held_count{1},
       vehicle_rules{size_of(vehicle_grid)},
       window_rules{static_cast<std::size_t>(window_cells) * static_cast<std::size_t>(window_cells)},
@@ -128,8 +128,8 @@ DeviceMemory::DeviceMemory(Cuda& cuda, const Config& config, const Rig& rig, con
   clear(cuda, matches.confidence.data(), matches.confidence.size());
 }
 
-void DeviceMemory::upload_frame(Cuda& cuda, const HostMemory& host, bool is_given) {
-  upload(cuda, host.input.data(), is_given ? layout.given_end : layout.images_end, input.data());
+void DeviceMemory::upload_frame(Cuda& cuda, const HostMemory& host, bool is_external) {
+  upload(cuda, host.input.data(), is_external ? layout.given_end : layout.images_end, input.data());
 }
 
 void DeviceMemory::fetch_answer(Cuda& cuda, HostMemory& host) {

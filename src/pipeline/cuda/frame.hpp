@@ -101,7 +101,7 @@ struct HostMemory {
   PinnedBuffer<float> grids;                ///< see PackedGrids
   PinnedBuffer<VelocityEvidence> evidence;  ///< read from here: it is little, and how much changes
   PinnedBuffer<int> evidence_count;
-  PinnedBuffer<HeldCell> held;  ///< likewise
+  PinnedBuffer<RetainedCell> held;  ///< likewise
   PinnedBuffer<int> held_count;
   PinnedBuffer<CellRule> vehicle_rules;  ///< likewise
   PinnedBuffer<CellRule> window_rules;
@@ -116,7 +116,7 @@ struct DeviceMemory {
 
   [[nodiscard]] FrameOnDevice* frame() { return at<FrameOnDevice>(input, 0); }
   [[nodiscard]] FrameFromDevice* answer() { return at<FrameFromDevice>(output, 0); }
-  void upload_frame(Cuda& cuda, const HostMemory& host, bool is_given);
+  void upload_frame(Cuda& cuda, const HostMemory& host, bool is_external);
   /// Counts the matches, and downloads the results that the host waits for.
   void fetch_answer(Cuda& cuda, HostMemory& host);
   /// Both observed grids are unknown.
@@ -136,7 +136,7 @@ struct DeviceMemory {
   DeviceImage<std::uint8_t> aligned;
   DeviceImage<std::uint8_t> masked;  ///< PixelMask, where there is one
   DeviceMatches matches;
-  MatchingSpaceOnDevice matching;
+  MatchingWorkspaceOnDevice matching;
   UDisparityOnDevice u_disparity;
   ProjectionOnDevice projection;
   RaysOnDevice rays;

@@ -35,7 +35,7 @@ CudaStages::CudaStages(const Config& config, const Rig& level_rig, int device, c
       host_matches_{matches_,
                     {host_.obstacle(), rig_.width_px, rig_.height_px, rig_.width_px},
                     {host_.road(), rig_.width_px, rig_.height_px, rig_.width_px}} {
-  set_memory_use({sizeof *this + held_.pinned + held_bytes_of(filter_tables_, matches_), held_.device});
+  set_memory_use({sizeof *this + held_.pinned + memory_bytes_of(filter_tables_, matches_), held_.device});
   load_mask();
   cuda_.load([this] { load_kernels(); });
 }
@@ -47,8 +47,8 @@ CudaStages::~CudaStages() {
 
 // Loads all kernels that a frame may need: external disparities and grids of other sources may come later.
 void CudaStages::load_kernels() {
-  for (const bool is_given : {true, false}) {
-    is_given_ = is_given;
+  for (const bool is_external : {true, false}) {
+    is_external_ = is_external;
     enqueue_match();
   }
   split_surfaces();
@@ -77,8 +77,8 @@ void CudaStages::synchronize() {
 
 // Inputs that change from frame to frame are written to where the graphs read them.
 void CudaStages::put_frame(const LevelFrame& frame, const FrameGrids& grids) {
-  is_given_ = frame.has_external_disparity();
-  if (is_given_) {
+  is_external_ = frame.has_external_disparity();
+  if (is_external_) {
     put(frame.disparity, host_.given());
   } else {
     put(frame.left, host_.left());
@@ -116,7 +116,7 @@ void CudaStages::match(const LevelFrame& frame, const FrameGrids& grids, const R
   on_device.plane = road_plane(rig_, ground.plane);
   on_device.ground = ground.plane;
   on_device.rows = {rows.offsets(), rows.is_identity() ? 1 : 0};
-  perform(match_graphs_[is_given_ ? 1 : 0], [this] { enqueue_match(); });
+  perform(match_graphs_[is_external_ ? 1 : 0], [this] { enqueue_match(); });
   times_.mark(cuda_, StreamTimes::answered);
   is_lattice_taken_ = false;
 }
@@ -175,10 +175,10 @@ void CudaStages::perform(Graph& graph, const Work& work) {
 
 void CudaStages::enqueue_match() {
   times_.mark(cuda_, StreamTimes::start);
-  device_.upload_frame(cuda_, host_, is_given_);
+  device_.upload_frame(cuda_, host_, is_external_);
   times_.mark(cuda_, StreamTimes::uploaded);
   const FrameOnDevice* frame{device_.frame()};
-  if (is_given_) {
+  if (is_external_) {
     split_given(&frame->ground);
   } else {
     align_rows(cuda_, device_.right.view(), &frame->rows, device_.aligned.view());

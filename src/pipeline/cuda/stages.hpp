@@ -78,7 +78,7 @@ class CudaStages final : public Stages {
   CudaBytes held_{cuda_bytes_allocated() - allocated_before_};  // by the members so far
 
   // data of a frame
-  bool is_given_{false};         ///< external disparities
+  bool is_external_{false};      ///< external disparities
   bool has_other_grids_{false};  ///< this frame
   bool is_at_work_{false};       ///< since the last synchronize()
   bool is_lattice_taken_{false};
@@ -87,7 +87,7 @@ class CudaStages final : public Stages {
   GridGeometry window_before_;  ///< window of the last completed frame
   int now_{0};                  ///< device_.states[now_] is written in this frame
 
-  std::array<Graph, 2> match_graphs_;    ///< [is_given_]
+  std::array<Graph, 2> match_graphs_;    ///< [is_external_]
   std::array<Graph, 2> observe_graphs_;  ///< [has_other_grids_]
   std::array<Graph, 2> unknown_graphs_;  ///< [has_other_grids_]
   std::array<Graph, 2> filter_graphs_;   ///< [now_]

@@ -192,14 +192,14 @@ TEST_F(BagDepth, OfAnotherCameraIsRefused) {
     depth.header = header(stamp_of(i));
     all.push_back(entry("/camera/depth/image_rect_raw", start_ns, depth));
   }
-  expect_complaint(all, "depth is of another camera than /camera/color/image_raw");
+  expect_error(all, "depth is of another camera than /camera/color/image_raw");
 }
 
 TEST_F(BagDepth, VideoIsRefusedByItsTopic) {
   std::vector<Entry> all{entries({})};
   std::erase_if(all, [](const Entry& one) { return one.type != CameraInfo::type_name; });
   all.push_back({"/left/image/ffmpeg", "ffmpeg_image_transport_msgs/msg/FFMPEGPacket", start_ns, {}});
-  expect_complaint(all, "holds video (H.264 or the like) on /left/image/ffmpeg (FFMPEGPacket)");
+  expect_error(all, "holds video (H.264 or the like) on /left/image/ffmpeg (FFMPEGPacket)");
 }
 
 }  // namespace

@@ -182,8 +182,8 @@ std::string Bags::expect_plain(const std::vector<Entry>& content) {
   return outcome.errors;
 }
 
-void Bags::expect_complaint(const std::vector<Entry>& content, const std::string& said,
-                            const std::vector<std::string>& more) {
+void Bags::expect_error(const std::vector<Entry>& content, const std::string& said,
+                        const std::vector<std::string>& more) {
   write_mcap(bag(), content);
   std::vector<std::string> words{"info", bag().string()};
   words.insert(words.end(), more.begin(), more.end());

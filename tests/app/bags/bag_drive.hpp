@@ -74,8 +74,8 @@ class Bags : public ::testing::Test {
   static Outcome run_bag(const fs::path& path, const std::vector<std::string>& more = {"--poses", "none"});
   /// Expects the run of this bag to equal that of the plain folder. Returns its messages.
   static std::string expect_plain(const std::vector<Entry>& content);
-  static void expect_complaint(const std::vector<Entry>& content, const std::string& said,
-                               const std::vector<std::string>& more = {});
+  static void expect_error(const std::vector<Entry>& content, const std::string& said,
+                           const std::vector<std::string>& more = {});
 
   static std::unique_ptr<TemporaryFolder> folder;
 };

@@ -109,7 +109,7 @@ TEST_F(Bags, BothImagesMayBeOnOneTopic) {
   }
   expect_plain(joined);
   std::erase_if(all, [](const Entry& one) { return one.topic.starts_with("/right"); });
-  expect_complaint(all, "has the images of one camera alone: /left/image_rect, 160×100 px");
+  expect_error(all, "has the images of one camera alone: /left/image_rect, 160×100 px");
 }
 
 }  // namespace

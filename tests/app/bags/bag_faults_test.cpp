@@ -17,25 +17,24 @@ using ::testing::HasSubstr;
 TEST_F(Bags, WhatIsWrongWithTheCalibrationIsNamed) {
   using Infos = std::function<void(CameraInfo&, CameraInfo&)>;
   const auto with = [&](const Infos& spoil) { return entries({.spoil_infos = spoil}); };
-  expect_complaint(entries({.has_infos = false}), "/left/camera_info: there is no CameraInfo for /left/image_rect");
-  expect_complaint(with([](CameraInfo& left, CameraInfo&) { left.k = {}, left.p = {}; }),
-                   "not calibrated: K[0] and P[0] are 0");
-  expect_complaint(with([](CameraInfo&, CameraInfo& right) { right.p[3] = 0; }), "the baseline is zero");
-  expect_complaint(with([](CameraInfo&, CameraInfo& right) { right.p[3] = 32; }), "a negative baseline");
-  expect_complaint(with([](CameraInfo&, CameraInfo& right) { right.p[3] = std::nan(""); }), "numbers that are none");
-  expect_complaint(with([](CameraInfo& left, CameraInfo& right) { left.width = right.width = 320; }),
-                   "is for images of 320×100 px, but the images have 160×100");
-  expect_complaint(with([](CameraInfo& left, CameraInfo&) { left.width = 0; }), "is for images of 0×100 px");
-  expect_complaint(with([](CameraInfo&, CameraInfo& right) { right.p[0] += 0.5; }), "another focal length in 'P'");
-  expect_complaint(
-      entries({.left = "/left/image_raw",
-               .right = "/right/image_raw",
-               .spoil_infos = [](CameraInfo& left, CameraInfo&) { left.distortion_model = "thin_prism"; }}),
-      "none of plumb_bob, rational_polynomial and equidistant");
-  expect_complaint(entries({.left = "/left/image_raw",
-                            .right = "/right/image_raw",
-                            .spoil_infos = [](CameraInfo&, CameraInfo& right) { right.r[0] = 2; }}),
-                   "/right/camera_info: has in 'R' a rotation that is no rotation matrix");
+  expect_error(entries({.has_infos = false}), "/left/camera_info: there is no CameraInfo for /left/image_rect");
+  expect_error(with([](CameraInfo& left, CameraInfo&) { left.k = {}, left.p = {}; }),
+               "not calibrated: K[0] and P[0] are 0");
+  expect_error(with([](CameraInfo&, CameraInfo& right) { right.p[3] = 0; }), "the baseline is zero");
+  expect_error(with([](CameraInfo&, CameraInfo& right) { right.p[3] = 32; }), "a negative baseline");
+  expect_error(with([](CameraInfo&, CameraInfo& right) { right.p[3] = std::nan(""); }), "numbers that are none");
+  expect_error(with([](CameraInfo& left, CameraInfo& right) { left.width = right.width = 320; }),
+               "is for images of 320×100 px, but the images have 160×100");
+  expect_error(with([](CameraInfo& left, CameraInfo&) { left.width = 0; }), "is for images of 0×100 px");
+  expect_error(with([](CameraInfo&, CameraInfo& right) { right.p[0] += 0.5; }), "another focal length in 'P'");
+  expect_error(entries({.left = "/left/image_raw",
+                        .right = "/right/image_raw",
+                        .spoil_infos = [](CameraInfo& left, CameraInfo&) { left.distortion_model = "thin_prism"; }}),
+               "none of plumb_bob, rational_polynomial and equidistant");
+  expect_error(entries({.left = "/left/image_raw",
+                        .right = "/right/image_raw",
+                        .spoil_infos = [](CameraInfo&, CameraInfo& right) { right.r[0] = 2; }}),
+               "/right/camera_info: has in 'R' a rotation that is no rotation matrix");
   // a file mends all of it
   write_mcap(bag(), entries({.has_infos = false}));
   const std::string file{(drive() / "calibration.yaml").string()};
@@ -51,7 +50,7 @@ TEST_F(Bags, ThousandsOfImageTopicsAreRefusedAtOnce) {
     image.topic = "/c" + std::to_string(i) + "/left/image_rect";
     many.push_back(image);
   }
-  expect_complaint(many, "has images and CameraInfo on 1001 topics (allowed up to 1000)");
+  expect_error(many, "has images and CameraInfo on 1001 topics (allowed up to 1000)");
 }
 
 // The right camera is turned by 3°, so that rectification moves rows.

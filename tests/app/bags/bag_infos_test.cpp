@@ -94,10 +94,10 @@ TEST_F(BagInfos, MayHaveCentresThatDiffer) {
 TEST_F(BagInfos, OfOneCameraAreNotTakenForBoth) {
   std::vector<Entry> all{images()};
   add(all, "/stereo/camera_info", info(false), "left");
-  expect_complaint(all, "/stereo/camera_info: has the CameraInfo of one camera, but /stereo/image_left and");
+  expect_error(all, "/stereo/camera_info: has the CameraInfo of one camera, but /stereo/image_left and");
   all = entries({.has_infos = false});
   add(all, "/left/camera_info", info(false), "left");
-  expect_complaint(all, "are images of two; /right/camera_info is missing");
+  expect_error(all, "are images of two; /right/camera_info is missing");
   EXPECT_THAT(run_tool({"info", bag().string()}).errors, Not(HasSubstr("the baseline is zero")));
 }
 
@@ -106,16 +106,16 @@ TEST_F(BagInfos, OfThreeCamerasAreRefused) {
   add(all, "/stereo/camera_info", info(false), "left");
   add(all, "/stereo/camera_info", info(true), "right");
   add(all, "/stereo/camera_info", info(true), "rear");
-  expect_complaint(all, "/stereo/camera_info: has the CameraInfo of more than two cameras");
+  expect_error(all, "/stereo/camera_info: has the CameraInfo of more than two cameras");
 }
 
 TEST_F(BagInfos, ElsewhereAreNamed) {
   std::vector<Entry> all{images()};
   add(all, "/calibration/first", info(false), "left");
   add(all, "/calibration/second", info(true), "right");
-  expect_complaint(all,
-                   "/stereo/camera_info: there is no CameraInfo for /stereo/image_left. CameraInfo is on "
-                   "/calibration/first, /calibration/second.");
+  expect_error(all,
+               "/stereo/camera_info: there is no CameraInfo for /stereo/image_left. CameraInfo is on "
+               "/calibration/first, /calibration/second.");
 }
 
 TEST_F(BagInfos, ThatCannotBeDecodedAreSkipped) {
@@ -128,7 +128,7 @@ TEST_F(BagInfos, ThatCannotBeDecodedAreSkipped) {
   for (Entry& one : all) {
     if (one.topic == "/left/camera_info") one.data.resize(20);
   }
-  expect_complaint(all, "/left/camera_info: no message can be decoded.");
+  expect_error(all, "/left/camera_info: no message can be decoded.");
 }
 
 TEST_F(BagInfos, AreWhatTheCalibrationIs) {
@@ -143,9 +143,9 @@ TEST_F(BagInfos, WithoutImagesOfACameraSayThat) {
   for (Entry& one : all) {
     if (one.topic == "/left/image_rect") one.data.resize(6);
   }
-  expect_complaint(all, "all 4 messages on /left/image_rect are damaged");
+  expect_error(all, "all 4 messages on /left/image_rect are damaged");
   std::erase_if(all, [](const Entry& one) { return one.type != CameraInfo::type_name; });
-  expect_complaint(all, "holds no images", {"--left-topic", "/left/image_rect"});
+  expect_error(all, "holds no images", {"--left-topic", "/left/image_rect"});
 }
 
 }  // namespace

@@ -198,18 +198,18 @@ TEST_F(Bags, ImagesArePairedByTheirStamps) {
   EXPECT_THAT(outcome.errors, HasSubstr("/left/image_rect: 1 of 4 images have no partner within 10 ms"));
   EXPECT_THAT(outcome.errors, Not(HasSubstr("warning: /right")));
   EXPECT_EQ(lines_of(*folder / "out").size(), 3U);
-  expect_complaint(late, "none of the 4 images on /left/image_rect and 3 on", {"--pair-tolerance-ms", "3"});
+  expect_error(late, "none of the 4 images on /left/image_rect and 3 on", {"--pair-tolerance-ms", "3"});
 }
 
 TEST_F(Bags, WithTwoPairsOfCamerasItIsAskedWhich) {
   std::vector<Entry> two{entries({})};
   for (Entry& one : entries({.left = "/rear_left/image_rect", .right = "/rear_right/image_rect"})) two.push_back(one);
-  expect_complaint(two, "more than one pair of cameras: /left/image_rect, /right/image_rect, /rear_left/image_rect");
+  expect_error(two, "more than one pair of cameras: /left/image_rect, /right/image_rect, /rear_left/image_rect");
   const Outcome outcome{run_bag(bag(), {"--poses", "none", "--left-topic", "/rear_left/image_rect"})};
   ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
   EXPECT_THAT(outcome.errors, HasSubstr("/rear_left/image_rect and /rear_right/image_rect: 4 frames"));
   expect_equal_runs(plain(), *folder / "out");
-  expect_complaint(two, "has no images on /front", {"--left-topic", "/front", "--right-topic", "/right/image_rect"});
+  expect_error(two, "has no images on /front", {"--left-topic", "/front", "--right-topic", "/right/image_rect"});
   const Outcome no_bag{run_tool({"info", drive().string(), "--left-topic", "/left/image_rect"})};
   EXPECT_EQ(no_bag.exit_code, 64);
 }

@@ -33,7 +33,7 @@ std::vector<std::string> texts_of(const FrameTally& tally, const Rig& given = ri
                                   const Rig& used = rig_with(0)) {
   const Input input;
   const Config config{preset("default")};
-  return complaints_of(tally, {input, config, given, used, [](std::size_t) { return std::nullopt; }}).texts;
+  return findings_of(tally, {input, config, given, used, [](std::size_t) { return std::nullopt; }}).texts;
 }
 
 TEST(FrameTally, GoodFramesGiveNoComplaint) {
@@ -51,7 +51,7 @@ TEST(FrameTally, TooFewDisparitiesForTheNearestGroundAreSaid) {
   Rig robot{640, 480, 400, 320, 240, 0.09, 0.25, 0, 0};  // 239 rows · 0.09/0.25 = 86 px
   const auto texts = [&] {
     const Input input;
-    return complaints_of(tally, {input, config, robot, robot, [](std::size_t) { return std::nullopt; }}).texts;
+    return findings_of(tally, {input, config, robot, robot, [](std::size_t) { return std::nullopt; }}).texts;
   };
   EXPECT_THAT(texts(), IsEmpty()) << "automatic";
   config.matching.disparities = 64;

@@ -46,7 +46,7 @@ Grey turned(const Grey& image) {
   return result;
 }
 
-void forget_pitch(const fs::path& drive) {
+void remove_pitch(const fs::path& drive) {
   const fs::path file{drive / "calibration.yaml"};
   const std::string text{
       std::regex_replace(text_of(file), std::regex{"camera_pitch_rad: [-0-9.]+"}, "camera_pitch_rad: 0")};
@@ -135,7 +135,7 @@ TEST(UselessInput, InfoNoticesThatTheRightImagesAreLate) {
 TEST(UselessInput, ARoadThatIsNotFoundIsSaid) {
   const TemporaryFolder folder;
   const fs::path input{drive(folder, 3, "&pitch_deg=8")};
-  forget_pitch(input);
+  remove_pitch(input);
   expect_refused(input, "found in 0 of 3 frames");
   expect_refused(input, "extrinsics_disagree: a plane in view does not fit the extrinsics, which are kept");
   const Outcome run{run_well({"run", input.string(), "--out", (folder / "run").string(), "--set", "grid.length_m=10"})};
@@ -237,7 +237,7 @@ TEST(OddSize, OfTheFirstPairDoesNotDecide) {
 }
 
 /// Takes the size out of calibration.yaml.
-void forget_size(const fs::path& drive) {
+void remove_size(const fs::path& drive) {
   const fs::path file{drive / "calibration.yaml"};
   const std::string text{std::regex_replace(text_of(file), std::regex{"image: [^\n]*\n"}, "")};
   std::ofstream{file} << text;
@@ -267,7 +267,7 @@ TEST(OddSize, OfTheWholeDriveIsRefusedOrScaled) {
   EXPECT_THAT(scaled.output, AllOf(HasSubstr("320×200"), HasSubstr("scaled by 0.5"), HasSubstr("fine")));
   EXPECT_THAT(run_well(run).errors, HasSubstr("scaled by 0.5"));
   EXPECT_EQ(json_of(folder / "run" / "run.json")["rig"]["width_px"], 160);
-  forget_size(input);
+  remove_size(input);
   for (const std::vector<std::string>& words : {{"info", input.string()}, run}) {
     EXPECT_THAT(errors_of(65, words), AllOf(HasSubstr("principal point"), HasSubstr("about 321×201 px")));
   }
@@ -283,7 +283,7 @@ TEST(OddSize, OfImagesThatWereCroppedIsWarnedOf) {
       *image = cropped;
     }
   });
-  forget_size(input);
+  remove_size(input);
   const Outcome info{run_tool({"info", input.string()})};
   EXPECT_THAT(info.output, AllOf(HasSubstr("cropped"), HasSubstr("67 % of the width"), Not(HasSubstr("fine"))));
   EXPECT_THAT(run_tool({"run", input.string(), "--out", (folder / "run").string(), "--set", "grid.length_m=10"}).errors,

@@ -28,7 +28,7 @@ struct World {
     }
     // every second block has masses, which are others than those spread evenly
     for (int block{0}; block < state.blocks.layout().count(); block += 2) state.blocks.want(block);
-    begin_wanted_blocks(tables, state);
+    allocate_marked_blocks(tables, state);
     for (int block{0}; block < state.blocks.layout().count(); block += 2) {
       for (int i{0}; i < 168 * block_cells; ++i) state.blocks.masses(block / 2)[i] *= 2 * share(random);
     }
@@ -81,7 +81,7 @@ void compare_on_random_evidence() {
       const std::vector<VelocityEvidence> evidence{some_evidence(cells, percent, random)};
       weigh_velocities(reference, evidence, expected.tables, expected.state, expected.layers);
       Cpu cpu{static_cast<int>(1 + percent % 3)};
-      WeighingSpace space{cells, actual.tables, cpu.threads()};
+      WeighingWorkspace space{cells, actual.tables, cpu.threads()};
       weigh_velocities(cpu, evidence, actual.tables, space, actual.state, actual.layers);
       SCOPED_TRACE(testing::Message() << cells << " cells along a side, " << percent << " %");
       expect_equal(expected, actual);

@@ -88,7 +88,7 @@ TEST_P(HostileClock, AStampTwiceIsRefusedAndNothingElse) {
   drive(0, 3);
   EXPECT_THROW(drive(2 * frame_ns, 1), InputError);
   EXPECT_THROW(drive(2 * frame_ns, 1), InputError);
-  wall_.forget_refused(2);
+  wall_.remove_refused(2);
   const FrameResult& result{drive(3 * frame_ns, 1)};
   for (int i{0}; i < 4; ++i) result_ = &undisturbed.step(i * frame_ns);
   expect_equal(result, *result_);

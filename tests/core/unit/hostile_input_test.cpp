@@ -27,7 +27,7 @@ constexpr double nan{std::numeric_limits<double>::quiet_NaN()};
 constexpr std::int64_t frame_ns{100'000'000};
 
 template <class Error, class Action>
-std::string complaint_of(const Action& action) {
+std::string error_text_of(const Action& action) {
   try {
     action();
   } catch (const Error& error) {
@@ -57,7 +57,7 @@ TEST_P(HostileInput, PosesOutOfThisWorldAreRefused) {
   for (const double x_m : {1.1e9, -1e12, 1e300}) {
     StereoFrame frame{wall_.frame(frame_ns)};
     frame.world_from_vehicle = Pose2{x_m, 0, 0};
-    EXPECT_THAT(complaint_of<InputError>([&] { static_cast<void>(wall_.pipeline.process(frame)); }),
+    EXPECT_THAT(error_text_of<InputError>([&] { static_cast<void>(wall_.pipeline.process(frame)); }),
                 AllOf(HasSubstr("1e9 m"), HasSubstr("leave the pose out")));
   }
   EXPECT_EQ(wall_.step(frame_ns).world_from_vehicle, Pose2{});
@@ -152,7 +152,7 @@ TEST_P(HostileInput, ViewsWithoutPixelsOrWithRowsThatOverlapAreRefused) {
   given.disparity = disparity.view();
   FrameResult result;
   const auto expect_refused = [&](const FrameImages& images, const char* problem) {
-    EXPECT_THAT(complaint_of<InputError>([&] { wall_.pipeline.process(frame, images, result); }), HasSubstr(problem));
+    EXPECT_THAT(error_text_of<InputError>([&] { wall_.pipeline.process(frame, images, result); }), HasSubstr(problem));
   };
   const auto expect_checked = [&](const FrameImages& images, auto member) {
     FrameImages bad{images};
@@ -192,7 +192,7 @@ TEST_P(HostileInput, RowsMayBeStoredUpsideDown) {
 TEST_P(HostileInput, LongPredictionsAreRefusedAndTheLongestIsNot) {
   for (const double horizon_s : {1e8, 10001.0, nan, infinity, 0.0, -1.0}) {
     const PipelineOptions options{.back_end = GetParam(), .horizons_s = {1, horizon_s}};
-    EXPECT_THAT(complaint_of<ConfigError>([&] { Wall{options}; }), HasSubstr("10000"));
+    EXPECT_THAT(error_text_of<ConfigError>([&] { Wall{options}; }), HasSubstr("10000"));
   }
   Wall wall{PipelineOptions{.back_end = GetParam(), .horizons_s = {1e4}}};
   const FrameResult& result{wall.step(0)};
@@ -203,7 +203,7 @@ TEST_P(HostileInput, LongPredictionsAreRefusedAndTheLongestIsNot) {
 TEST_P(HostileInput, APlaceToStartAtMustBeOne) {
   for (const Pose2& place : {Pose2{nan, 0, 0}, Pose2{0, infinity, 0}, Pose2{0, 0, nan}, Pose2{1e10, 0, 0}}) {
     const PipelineOptions options{.back_end = GetParam(), .start = place};
-    EXPECT_THAT(complaint_of<ConfigError>([&] { Wall{options}; }), HasSubstr("1e9"));
+    EXPECT_THAT(error_text_of<ConfigError>([&] { Wall{options}; }), HasSubstr("1e9"));
   }
   Wall wall{PipelineOptions{.back_end = GetParam(), .start = {1e9, -1e9, 1}}};
   EXPECT_EQ(wall.step(0).world_from_vehicle, (Pose2{1e9, -1e9, 1}));
@@ -222,20 +222,20 @@ TEST(Arguments, ChoicesThatThereAreNotAreNamed) {
 }
 
 TEST(Arguments, BackEndsAndThreadsThatThereAreNot) {
-  EXPECT_THAT(complaint_of<ConfigError>([] {
+  EXPECT_THAT(error_text_of<ConfigError>([] {
                 Pipeline{small_config(), small_rig(), {.back_end = static_cast<BackEnd>(9)}};
               }),
               HasSubstr("back end"));
-  EXPECT_THAT(complaint_of<ConfigError>([] {
+  EXPECT_THAT(error_text_of<ConfigError>([] {
                 Pipeline{small_config(), small_rig(), {.device = -1}};
               }),
               HasSubstr("counted from 0"));
-  EXPECT_THAT(complaint_of<DeviceError>([] {
+  EXPECT_THAT(error_text_of<DeviceError>([] {
                 Pipeline{small_config(), small_rig(), {.back_end = BackEnd::cuda, .horizons_s = {1}}};
               }),
               HasSubstr("Predictions are supported on the CPU only"));
   for (const int threads : {-1, -1000000, 1025, std::numeric_limits<int>::max()}) {
-    EXPECT_THAT(complaint_of<ConfigError>([&] {
+    EXPECT_THAT(error_text_of<ConfigError>([&] {
                   Pipeline{small_config(), small_rig(), {.threads = threads}};
                 }),
                 HasSubstr("threads"));
@@ -252,16 +252,16 @@ TEST(Arguments, MoreThanAMachineHoldsIsRefused) {
   rig.width_px = rig.height_px = 16384;
   config = {};
   config.matching.method = MatchingMethod::semi_global;
-  EXPECT_THAT(complaint_of<ConfigError>([&] { Pipeline(config, rig); }), HasSubstr("64 GiB"));
+  EXPECT_THAT(error_text_of<ConfigError>([&] { Pipeline(config, rig); }), HasSubstr("64 GiB"));
   config.matching.disparities = std::numeric_limits<int>::max();
-  EXPECT_THAT(complaint_of<ConfigError>([&] { Pipeline(config, rig); }), HasSubstr("matching.disparities"));
+  EXPECT_THAT(error_text_of<ConfigError>([&] { Pipeline(config, rig); }), HasSubstr("matching.disparities"));
 }
 
 TEST(Pipeline, OneThatHasBeenMovedFromSaysSo) {
   Wall wall{BackEnd::cpu};
   Pipeline moved_to{std::move(wall.pipeline)};
   Pipeline& empty{wall.pipeline};
-  EXPECT_THAT(complaint_of<std::logic_error>([&] { static_cast<void>(wall.step(0)); }), HasSubstr("moved from"));
+  EXPECT_THAT(error_text_of<std::logic_error>([&] { static_cast<void>(wall.step(0)); }), HasSubstr("moved from"));
   EXPECT_THROW(static_cast<void>(empty.config()), std::logic_error);
   EXPECT_THROW(static_cast<void>(empty.rig()), std::logic_error);
   EXPECT_THROW(static_cast<void>(empty.vehicle_grid()), std::logic_error);

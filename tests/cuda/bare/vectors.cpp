@@ -17,8 +17,8 @@
 namespace stereogrid {
 
 // Only the CPU back end works in these.
-TextureSpace::TextureSpace(int /*width*/, int /*half_window*/) {}
-ClassifySpace::ClassifySpace(int /*width*/) {}
+TextureWorkspace::TextureWorkspace(int /*width*/, int /*half_window*/) {}
+ClassifyWorkspace::ClassifyWorkspace(int /*width*/) {}
 int correlate_border(Shifts upright) {
   return std::max(upright.count, road_shifts.count) + 128;
 }

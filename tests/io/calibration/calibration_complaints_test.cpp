@@ -38,8 +38,8 @@ class ForeignCalibration : public ::testing::Test {
   void refused(Files files, const char* named, const char* wrong, const std::string& text, Parts parts) const {
     files[wrong] = text;
     put_files(folder_.path(), files);
-    expect_complaint([&] { static_cast<void>(read_calibration(folder_ / named, 321, 239)); }, parts);
-    expect_complaint([&] { static_cast<void>(read_calibration(folder_ / named, 321, 239)); }, {wrong});
+    expect_error([&] { static_cast<void>(read_calibration(folder_ / named, 321, 239)); }, parts);
+    expect_error([&] { static_cast<void>(read_calibration(folder_ / named, 321, 239)); }, {wrong});
   }
   void ros_refused(const char* wrong, const std::string& from, const std::string& to, Parts parts) const {
     refused(ros_, "left.yaml", wrong, changed(ros_.at(wrong), from, to), parts);
@@ -125,8 +125,8 @@ TEST_F(ForeignCalibration, RosPairsThatAreNone) {
 
 TEST_F(ForeignCalibration, RosMessagesAreNoFiles) {
   put(folder_ / "left.yaml", "header: {frame_id: left}\nheight: 239\nwidth: 321\nD: [0]\nK: [1]\nR: [1]\nP: [1]\n");
-  expect_complaint([&] { static_cast<void>(read_calibration(folder_ / "left.yaml")); },
-                   {"left.yaml", "CameraInfo message", "camera_calibration has written"});
+  expect_error([&] { static_cast<void>(read_calibration(folder_ / "left.yaml")); },
+               {"left.yaml", "CameraInfo message", "camera_calibration has written"});
 }
 
 TEST_F(ForeignCalibration, RosDistortionThatIsNone) {
@@ -147,9 +147,9 @@ TEST_F(ForeignCalibration, WithoutItsOtherHalf) {
   put(folder_ / "extrinsics.yml", opencv_.at("extrinsics.yml"));
   const auto read{
       [&](const char* name) { return [this, name] { static_cast<void>(read_calibration(folder_ / name)); }; }};
-  expect_complaint(read("left.yaml"), {"left.yaml", "one half", "right.yaml is not there"});
-  expect_complaint(read("extrinsics.yml"), {"extrinsics.yml", "one half", "intrinsics.yml is not there"});
-  expect_complaint(read("calib_a.yaml"), {"name does not say which is the other", "from: [left, right]"});
+  expect_error(read("left.yaml"), {"left.yaml", "one half", "right.yaml is not there"});
+  expect_error(read("extrinsics.yml"), {"extrinsics.yml", "one half", "intrinsics.yml is not there"});
+  expect_error(read("calib_a.yaml"), {"name does not say which is the other", "from: [left, right]"});
 }
 
 TEST_F(ForeignCalibration, OpenCvPairsThatAreNone) {
@@ -162,9 +162,9 @@ TEST_F(ForeignCalibration, OpenCvPairsThatAreNone) {
   opencv_refused("intrinsics.yml", "data: [ 256.", "data: [ -256.", {"not positive"});
   const Files raw{opencv_files(raw_pair({-0.2, 0.05, 0, 0}, {-0.2, 0.05, 0, 0}))};
   put_files(folder_.path(), raw);
-  expect_complaint([&] { static_cast<void>(read_calibration(folder_ / "extrinsics.yml", 160, 120)); },
-                   {"left camera's principal point (161, 118)", "outside images of 160×120", "scaled by 0.5"});
-  expect_complaint([&] { static_cast<void>(read_calibration(folder_ / "extrinsics.yml")); }, {"'image' size"});
+  expect_error([&] { static_cast<void>(read_calibration(folder_ / "extrinsics.yml", 160, 120)); },
+               {"left camera's principal point (161, 118)", "outside images of 160×120", "scaled by 0.5"});
+  expect_error([&] { static_cast<void>(read_calibration(folder_ / "extrinsics.yml")); }, {"'image' size"});
 }
 
 TEST_F(ForeignCalibration, KalibrChainsThatAreNone) {
@@ -199,7 +199,7 @@ TEST_F(ForeignCalibration, OfImagesOfAnotherSize) {
   for (const Files& files : {ros_, kalibr_}) {
     put_files(folder_.path(), files);
     const fs::path file{folder_ / (files.size() == 2 ? "left.yaml" : "camchain.yaml")};
-    expect_complaint([&] { static_cast<void>(read_calibration(file, 642, 480)); }, {"321×239", "642×480"});
+    expect_error([&] { static_cast<void>(read_calibration(file, 642, 480)); }, {"321×239", "642×480"});
   }
 }
 
@@ -210,7 +210,7 @@ TEST_F(ForeignCalibration, NamedByAnotherWithoutSense) {
   put(folder_ / "calib.txt", "P0: 60 0 160 0 0 60 120 0 0 0 1 0\nP1: 60 0 160 -30 0 60 120 0 0 0 1 0\n");
   const auto named{[&](const std::string& text, Parts parts) {
     put(folder_ / "c.yaml", text);
-    expect_complaint([&] { static_cast<void>(read_calibration(folder_ / "c.yaml", 321, 239)); }, parts);
+    expect_error([&] { static_cast<void>(read_calibration(folder_ / "c.yaml", 321, 239)); }, parts);
   }};
   named("from: own.yaml\n", {"own.yaml", "another one names"});
   named("from: none.yaml\n", {"none.yaml", "no such file"});

@@ -40,8 +40,8 @@ class CalibrationFile : public ::testing::Test {
   }
   void expect_refused(const std::string& name, const std::string& text,
                       std::initializer_list<std::string_view> parts) const {
-    expect_complaint([&] { static_cast<void>(read(name, text, 512, 320)); }, parts);
-    expect_complaint([&] { static_cast<void>(read(name, text, 512, 320)); }, {name});
+    expect_error([&] { static_cast<void>(read(name, text, 512, 320)); }, parts);
+    expect_error([&] { static_cast<void>(read(name, text, 512, 320)); }, {name});
   }
 
   TemporaryFolder folder_;
@@ -112,8 +112,8 @@ TEST_F(CalibrationFile, KittiRaw) {
 
 TEST_F(CalibrationFile, KittiRawOfOtherImages) {
   put(folder_ / "calib_cam_to_cam.txt", raw_drive);
-  expect_complaint([&] { static_cast<void>(read_calibration(folder_ / "calib_cam_to_cam.txt", 1392, 512)); },
-                   {"1242×375", "1392×512", "synced"});
+  expect_error([&] { static_cast<void>(read_calibration(folder_ / "calib_cam_to_cam.txt", 1392, 512)); },
+               {"1242×375", "1392×512", "synced"});
 }
 
 TEST_F(CalibrationFile, ComplainsOfTheBaseline) {
@@ -180,7 +180,7 @@ TEST_F(CalibrationFile, NamesEveryProblemAtOnce) {
 }
 
 TEST_F(CalibrationFile, MissingFile) {
-  expect_complaint([&] { static_cast<void>(read_calibration(folder_ / "none.yaml")); }, {"none.yaml", "no such file"});
+  expect_error([&] { static_cast<void>(read_calibration(folder_ / "none.yaml")); }, {"none.yaml", "no such file"});
 }
 
 TEST(RigProblems, NotFinite) {

@@ -181,7 +181,7 @@ TEST(Rectifier, TakesFisheyeLensesAsTheyAre) {
 TEST(Rectifier, RefusesLensesOfTwoKinds) {
   RawPair raw{fisheye_pair(400)};
   raw.right.lens = LensModel::perspective;
-  expect_complaint([&] { static_cast<void>(Rectifier{raw, width_px, height_px}); }, {"fisheye", "the other has not"});
+  expect_error([&] { static_cast<void>(Rectifier{raw, width_px, height_px}); }, {"fisheye", "the other has not"});
 }
 
 TEST_F(RawPairOnDisk, RecordingRectifiesOnLoading) {
@@ -212,14 +212,14 @@ TEST_F(RawPairOnDisk, MatrixAndRodriguesFormsAgree) {
   EXPECT_NEAR(read_calibration(folder_ / "b.yaml").rig.cx_px, calibration_.rig.cx_px, 0.02);
 }
 
-TEST_F(RawPairOnDisk, Complaints) {
+TEST_F(RawPairOnDisk, Findings) {
   const auto refused{
       [&](const std::string& from, const std::string& to, std::initializer_list<std::string_view> parts) {
         std::string text{raw_yaml};
         ASSERT_NE(text.find(from), std::string::npos);
         text.replace(text.find(from), from.size(), to);
         put(folder_ / "b.yaml", text);
-        expect_complaint([&] { static_cast<void>(read_calibration(folder_ / "b.yaml")); }, parts);
+        expect_error([&] { static_cast<void>(read_calibration(folder_ / "b.yaml")); }, parts);
       }};
   refused("[-0.2998, 0.006, -0.009]", "[0.2998, 0.006, -0.009]", {"b.yaml", "negative", "swapped"});
   refused("[-0.2998, 0.006, -0.009]", "[0, 0, 0]", {"baseline is zero"});

@@ -11,9 +11,9 @@ namespace {
 TEST(Swapped, IsSeenOnTexturedPairs) {
   for (const int disparity_px : {4, 17, 60}) {
     StereoFrame frame{textured_pair(641, 239, disparity_px)};
-    EXPECT_FALSE(complaint_if_swapped(frame)) << disparity_px;
+    EXPECT_FALSE(finding_if_swapped(frame)) << disparity_px;
     std::swap(frame.left, frame.right);
-    const auto complaint{complaint_if_swapped(frame)};
+    const auto complaint{finding_if_swapped(frame)};
     ASSERT_TRUE(complaint) << disparity_px;
     EXPECT_THAT(*complaint, ::testing::HasSubstr("swapped"));
   }
@@ -31,7 +31,7 @@ TEST(Swapped, AShiftedRightImageIsNone) {
   set_below(frame.right, near.right);
   Rig rig;
   rig.cx_px = 320;
-  EXPECT_FALSE(complaint_if_shifted(frame, rig));
+  EXPECT_FALSE(finding_if_shifted(frame, rig));
   for (int v{0}; v < 240; ++v) {
     auto* const row{frame.right.row(v)};
     std::rotate(row, row + 641 - 20, row + 641);
@@ -39,20 +39,20 @@ TEST(Swapped, AShiftedRightImageIsNone) {
   const auto shift_px{negative_disparity_px(frame)};
   ASSERT_TRUE(shift_px);
   EXPECT_NEAR(*shift_px, -10, 0.5);
-  EXPECT_THAT(*complaint_if_shifted(frame, rig), ::testing::HasSubstr("'cx_right_px: 330"));
-  EXPECT_FALSE(complaint_if_swapped(frame));
+  EXPECT_THAT(*finding_if_shifted(frame, rig), ::testing::HasSubstr("'cx_right_px: 330"));
+  EXPECT_FALSE(finding_if_swapped(frame));
 }
 
 TEST(Swapped, IsNotClaimedWhereNothingCanBeSeen) {
   StereoFrame frame;
-  EXPECT_FALSE(complaint_if_swapped(frame)) << "no images";
+  EXPECT_FALSE(finding_if_swapped(frame)) << "no images";
   frame.left = frame.right = Image<std::uint8_t>{640, 240, 128};
-  EXPECT_FALSE(complaint_if_swapped(frame)) << "no texture";
+  EXPECT_FALSE(finding_if_swapped(frame)) << "no texture";
   frame.left = textured_pair(640, 240, 3, 1).left;
   frame.right = textured_pair(640, 240, 3, 2).left;
-  EXPECT_FALSE(complaint_if_swapped(frame)) << "two images that have nothing in common";
-  EXPECT_FALSE(complaint_if_swapped(textured_pair(640, 240, 0))) << "all at infinity";
-  EXPECT_FALSE(complaint_if_swapped(textured_pair(20, 12, 2))) << "too small to tell";
+  EXPECT_FALSE(finding_if_swapped(frame)) << "two images that have nothing in common";
+  EXPECT_FALSE(finding_if_swapped(textured_pair(640, 240, 0))) << "all at infinity";
+  EXPECT_FALSE(finding_if_swapped(textured_pair(20, 12, 2))) << "too small to tell";
 }
 
 }  // namespace

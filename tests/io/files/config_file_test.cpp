@@ -67,7 +67,7 @@ TEST_F(ConfigFile, JsonHasTheRightTypes) {
 
 TEST_F(ConfigFile, ComplaintsNameFileAndLine) {
   const auto refused{[&](const std::string& text, std::initializer_list<std::string_view> parts) {
-    expect_complaint<ConfigError>([&] { static_cast<void>(load(text)); }, parts);
+    expect_error<ConfigError>([&] { static_cast<void>(load(text)); }, parts);
   }};
   refused("grid:\n  lenght_m: 30\n", {"c.yaml", "line 2", "lenght_m"});
   refused("matching.disparities: many\n", {"c.yaml", "line 1", "many"});
@@ -78,7 +78,7 @@ TEST_F(ConfigFile, ComplaintsNameFileAndLine) {
   refused("just text\n", {"c.yaml", "no settings"});
   refused("a: 1\nb: 2\n", {"line 1"});
   Config config;
-  expect_complaint([&] { load_config(folder_ / "none.yaml", config); }, {"none.yaml", "no such file"});
+  expect_error([&] { load_config(folder_ / "none.yaml", config); }, {"none.yaml", "no such file"});
 }
 
 }  // namespace

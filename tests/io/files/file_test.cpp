@@ -26,7 +26,7 @@ std::ptrdiff_t files_in(const fs::path& folder) {
 }
 
 void refused(const fs::path& path, std::initializer_list<std::string_view> parts, std::size_t most = 100) {
-  expect_complaint([&] { static_cast<void>(read_file(path, most)); }, parts);
+  expect_error([&] { static_cast<void>(read_file(path, most)); }, parts);
 }
 
 TEST(ReadFile, ReadsRegularFilesOnly) {
@@ -62,7 +62,7 @@ TEST(ReadFile, NoticesThatAFileWasCutOff) {
 }
 
 TEST(ReadFile, TellsWhatMayPassFromWhatDoesNot) {
-  expect_complaint<DeviceError>([] { static_cast<void>(read_file("/proc/self/mem")); }, {"nput/output", "try again"});
+  expect_error<DeviceError>([] { static_cast<void>(read_file("/proc/self/mem")); }, {"nput/output", "try again"});
 }
 
 TEST(ReadText, IsWithoutAByteOrderMark) {
@@ -90,7 +90,7 @@ TEST(WriteFile, FollowsSymbolicLinks) {
   EXPECT_TRUE(fs::is_symlink(folder / "dangling"));
 
   fs::create_symlink("circle", folder / "circle");
-  expect_complaint<DeviceError>([&] { write_file(folder / "circle", "x"); }, {"circle", "symbolic links"});
+  expect_error<DeviceError>([&] { write_file(folder / "circle", "x"); }, {"circle", "symbolic links"});
   EXPECT_TRUE(fs::is_symlink(folder / "circle"));
 }
 
@@ -112,7 +112,7 @@ TEST(WriteFile, LeavesADeviceWhatItIs) {
   const TemporaryFolder folder;
   const fs::path full{folder / "full"};
   if (::mknod(full.c_str(), S_IFCHR | 0600, ::makedev(1, 7)) != 0) GTEST_SKIP() << "only root makes devices";
-  expect_complaint<DeviceError>([&] { write_file(full, "x"); }, {"full: cannot be written"});
+  expect_error<DeviceError>([&] { write_file(full, "x"); }, {"full: cannot be written"});
   EXPECT_TRUE(fs::is_character_file(full));
   EXPECT_EQ(files_in(folder.path()), 1);
 }
@@ -134,21 +134,21 @@ TEST(WriteFile, TakesEveryNameThatTheFileSystemTakes) {
     EXPECT_EQ(content_of(path), "long") << length;
   }
   EXPECT_EQ(files_in(folder.path()), 7);
-  expect_complaint<DeviceError>([&] { write_file(folder / std::string(256, 'n'), "x"); }, {"name too long"});
+  expect_error<DeviceError>([&] { write_file(folder / std::string(256, 'n'), "x"); }, {"name too long"});
 }
 
 TEST(WriteFile, RefusesAFolder) {
   const TemporaryFolder folder;
   fs::create_directory(folder / "a");
-  expect_complaint<DeviceError>([&] { write_file(folder / "a", "x"); }, {"is a folder", "Name a file"});
+  expect_error<DeviceError>([&] { write_file(folder / "a", "x"); }, {"is a folder", "Name a file"});
   EXPECT_TRUE(fs::is_empty(folder / "a"));
 }
 
 TEST(CreateFolder, ComplainsOfACircleOfLinks) {
   const TemporaryFolder folder;
   fs::create_symlink("circle", folder / "circle");
-  expect_complaint<DeviceError>([&] { create_folder(folder / "circle"); }, {"circle", "cannot be made"});
-  expect_complaint<DeviceError>([&] { create_folder(folder / "circle" / "a"); }, {"circle", "cannot be made"});
+  expect_error<DeviceError>([&] { create_folder(folder / "circle"); }, {"circle", "cannot be made"});
+  expect_error<DeviceError>([&] { create_folder(folder / "circle" / "a"); }, {"circle", "cannot be made"});
 }
 
 }  // namespace

@@ -55,7 +55,7 @@ TEST(ImageFile, ColourPngRoundTripsAndBecomesLuma) {
   EXPECT_EQ(grey(0, 0), 76);
   EXPECT_EQ(grey(1, 0), 150);
   EXPECT_EQ(grey(2, 0), 29);
-  expect_complaint([&] { static_cast<void>(read_u16(folder / "a.png")); }, {"a.png", "colour"});
+  expect_error([&] { static_cast<void>(read_u16(folder / "a.png")); }, {"a.png", "colour"});
 }
 
 TEST(ImageFile, SixteenBitColourBecomesEightBits) {
@@ -125,7 +125,7 @@ TEST(ImageFile, AJpegIsReadDespiteWarningsButNotDespiteErrorsAfterThem) {
   EXPECT_EQ(read_grey(folder / "warning.jpg"), read_grey(folder / "a.jpg"));
   bytes[table + 4] = '\xfe';  // the quantization table becomes a comment: the decoder cannot continue
   put(folder / "error.jpg", bytes);
-  expect_complaint([&] { static_cast<void>(read_grey(folder / "error.jpg")); }, {"error.jpg", "damaged"});
+  expect_error([&] { static_cast<void>(read_grey(folder / "error.jpg")); }, {"error.jpg", "damaged"});
 }
 
 TEST(ImageFile, EveryTruncationIsSeenInSilence) {
@@ -141,7 +141,7 @@ TEST(ImageFile, EveryTruncationIsSeenInSilence) {
     const std::string whole{read_file(folder / name)};
     for (std::size_t length{0}; length < whole.size(); length += 1 + length / 40) {
       put(folder / "cut", whole.substr(0, length));
-      expect_complaint([&] { static_cast<void>(read_grey(folder / "cut")); }, {"cut"});
+      expect_error([&] { static_cast<void>(read_grey(folder / "cut")); }, {"cut"});
     }
   }
   EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
@@ -178,10 +178,10 @@ TEST(ImageFile, NoImages) {
   const TemporaryFolder folder;
   put(folder / "text.png", "hello");
   put(folder / "empty.png", "");
-  expect_complaint([&] { static_cast<void>(read_grey(folder / "text.png")); }, {"text.png", "no image", "PNG"});
-  expect_complaint([&] { static_cast<void>(read_grey(folder / "empty.png")); }, {"empty.png", "empty"});
-  expect_complaint([&] { static_cast<void>(read_grey(folder / "none.png")); }, {"none.png", "no such file"});
-  expect_complaint([&] { static_cast<void>(read_grey(folder.path())); }, {"folder"});
+  expect_error([&] { static_cast<void>(read_grey(folder / "text.png")); }, {"text.png", "no image", "PNG"});
+  expect_error([&] { static_cast<void>(read_grey(folder / "empty.png")); }, {"empty.png", "empty"});
+  expect_error([&] { static_cast<void>(read_grey(folder / "none.png")); }, {"none.png", "no such file"});
+  expect_error([&] { static_cast<void>(read_grey(folder.path())); }, {"folder"});
 }
 
 /// Files cannot grow beyond `bytes` while it lives: what a full disk looks like to a writer.
@@ -210,8 +210,8 @@ TEST(File, FullDiskIsADeviceErrorAndLeavesTheOldFile) {
   write_file(folder / "a.txt", "old");
   {
     const SmallDisk disk{1000};
-    expect_complaint<DeviceError>([&] { write_file(folder / "a.txt", std::string(5000, 'x')); },
-                                  {"a.txt", "cannot be written", "space"});
+    expect_error<DeviceError>([&] { write_file(folder / "a.txt", std::string(5000, 'x')); },
+                              {"a.txt", "cannot be written", "space"});
   }
   EXPECT_EQ(read_file(folder / "a.txt"), "old");
   EXPECT_EQ(std::distance(fs::directory_iterator{folder.path()}, {}), 1) << "the temporary file is gone";
@@ -219,13 +219,13 @@ TEST(File, FullDiskIsADeviceErrorAndLeavesTheOldFile) {
 
 TEST(File, MissingFolderIsADeviceError) {
   const TemporaryFolder folder;
-  expect_complaint<DeviceError>(
+  expect_error<DeviceError>(
       [&] {
         write_png(folder / "none" / "a.png", Image<std::uint8_t>{2, 2});
       },
       {"a.png", "cannot be written"});
   put(folder / "file", "");
-  expect_complaint<DeviceError>([&] { create_folder(folder / "file" / "inside"); }, {"inside"});
+  expect_error<DeviceError>([&] { create_folder(folder / "file" / "inside"); }, {"inside"});
 }
 
 TEST(File, RoundTripsAnyBytes) {

@@ -85,10 +85,10 @@ TEST(Nav2Map, RefusesWhatCannotBeOne) {
   const Image<float> cells{some_cells()};
   GridGeometry other{geometry};
   other.nx = 4;
-  expect_complaint([&] { write_nav2_map(folder / "a.yaml", other, cells.view()); }, {"a.yaml", "size"});
-  expect_complaint([&] { write_nav2_map(folder / "a.yaml", {}, {}); }, {"at least one"});
-  expect_complaint([&] { write_nav2_map(folder / "a.pgm", geometry, cells.view()); }, {"end in .yaml"});
-  expect_complaint<DeviceError>([&] { write_nav2_map(folder / "no" / "a.yaml", geometry, cells.view()); }, {"a.pgm"});
+  expect_error([&] { write_nav2_map(folder / "a.yaml", other, cells.view()); }, {"a.yaml", "size"});
+  expect_error([&] { write_nav2_map(folder / "a.yaml", {}, {}); }, {"at least one"});
+  expect_error([&] { write_nav2_map(folder / "a.pgm", geometry, cells.view()); }, {"end in .yaml"});
+  expect_error<DeviceError>([&] { write_nav2_map(folder / "no" / "a.yaml", geometry, cells.view()); }, {"a.pgm"});
   EXPECT_TRUE(fs::is_empty(folder.path()));
 }
 

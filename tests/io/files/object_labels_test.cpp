@@ -16,7 +16,7 @@ class ObjectLabels : public ::testing::Test {
     return read_object_labels(folder_ / "objects.jsonl");
   }
   void expect_refused(const std::string& text, std::string_view part) const {
-    expect_complaint([&] { static_cast<void>(read(text)); }, {"objects.jsonl", part});
+    expect_error([&] { static_cast<void>(read(text)); }, {"objects.jsonl", part});
   }
 
  private:
@@ -46,7 +46,7 @@ TEST_F(ObjectLabels, AreRead) {
   EXPECT_FALSE(unknown.moving || unknown.velocity_mps);
 }
 
-TEST_F(ObjectLabels, Complaints) {
+TEST_F(ObjectLabels, Findings) {
   const auto line = [](const std::string& object) { return R"({"name": "1", "objects": [{)" + object + "}]}\n"; };
   expect_refused("{\n", "line 1 is not understood");
   expect_refused(line(box), "id");

@@ -24,11 +24,11 @@ const auto all_queries = [](const fs::path& path) {
 TEST(Paths, TemporaryIsAllButAWrongPathAndAMissingPermission) {
   for (const int error : {EIO, ESTALE, EMFILE, ENFILE, ETIMEDOUT, ENOMEM, EPERM}) {
     EXPECT_TRUE(is_temporary(error)) << error;
-    expect_complaint<DeviceError>([error] { throw_unreadable("drive/left", error); }, {"drive/left: ", "try again"});
+    expect_error<DeviceError>([error] { throw_unreadable("drive/left", error); }, {"drive/left: ", "try again"});
   }
   for (const int error : {ENOENT, ENOTDIR, EACCES, ELOOP, ENAMETOOLONG}) {
     EXPECT_FALSE(is_temporary(error)) << error;
-    expect_complaint([error] { throw_unreadable("drive/left", error); }, {"drive/left: ", "Check ", "permissions"});
+    expect_error([error] { throw_unreadable("drive/left", error); }, {"drive/left: ", "Check ", "permissions"});
   }
 }
 
@@ -65,10 +65,10 @@ TEST(Paths, AreOfAKind) {
 TEST(Paths, ThatCannotBeReadAreNotTakenForMissing) {
   const TemporaryFolder folder;
   fs::create_symlink("circle", folder / "circle");
-  for (const auto& query : all_queries(folder / "circle")) expect_complaint(query, {"circle", "symbolic links"});
+  for (const auto& query : all_queries(folder / "circle")) expect_error(query, {"circle", "symbolic links"});
   EXPECT_EQ(first_bytes(folder / "circle", 3), "") << "of no known format";
-  expect_complaint<DeviceError>([] { static_cast<void>(first_bytes("/proc/self/mem", 3)); }, {"nput/output", "again"});
-  expect_complaint([&] { static_cast<void>(entries_of(folder / "no")); }, {"no: the folder cannot be read"});
+  expect_error<DeviceError>([] { static_cast<void>(first_bytes("/proc/self/mem", 3)); }, {"nput/output", "again"});
+  expect_error([&] { static_cast<void>(entries_of(folder / "no")); }, {"no: the folder cannot be read"});
 }
 
 TEST(Paths, CanBeReadLaterOnceThereAreDescriptors) {
@@ -81,7 +81,7 @@ TEST(Paths, CanBeReadLaterOnceThereAreDescriptors) {
   };
   // a sanitizer opens pipes at the first call of a class: of the errors' classes before there are none
   ASSERT_NE(std::generic_category().message(EMFILE), std::system_category().message(EACCES));
-  expect_complaint([&] { listed(folder / "no"); }, {"no: ", "no such file"});
+  expect_error([&] { listed(folder / "no"); }, {"no: ", "no such file"});
   const auto without_descriptors = [&](auto query) {
     std::exception_ptr error;
     const rlimit none{0, before.rlim_max};
@@ -93,7 +93,7 @@ TEST(Paths, CanBeReadLaterOnceThereAreDescriptors) {
     }
     ::setrlimit(RLIMIT_NOFILE, &before);
     ASSERT_TRUE(error);
-    expect_complaint<DeviceError>([&] { std::rethrow_exception(error); }, {"oo many open files", "try again"});
+    expect_error<DeviceError>([&] { std::rethrow_exception(error); }, {"oo many open files", "try again"});
   };
   without_descriptors([&] { static_cast<void>(entries_of(folder.path())); });
   without_descriptors([&] { static_cast<void>(first_bytes(folder / "file", 1)); });
@@ -102,7 +102,7 @@ TEST(Paths, CanBeReadLaterOnceThereAreDescriptors) {
 
 TEST(Paths, ErrorsOfTheStandardLibraryAreTranslated) {
   const TemporaryFolder folder;
-  expect_complaint([&] { with_path_errors([&] { return fs::file_size(folder / "no"); }); }, {"no: ", "no such file"});
+  expect_error([&] { with_path_errors([&] { return fs::file_size(folder / "no"); }); }, {"no: ", "no such file"});
   EXPECT_EQ(with_path_errors([] { return 3; }), 3);
 }
 

@@ -39,13 +39,13 @@ TEST(Scan, LeavesOutWhatDidNotReturn) {
   ASSERT_EQ(points.size(), 1U);
   EXPECT_EQ(points[0].x_m, 7);
   put_floats(folder / "b.bin", {none, none, none, none});
-  expect_complaint([&] { static_cast<void>(read_scan(folder / "b.bin")); }, {"b.bin", "finite"});
+  expect_error([&] { static_cast<void>(read_scan(folder / "b.bin")); }, {"b.bin", "finite"});
 }
 
-TEST(Scan, Complaints) {
+TEST(Scan, Findings) {
   const TemporaryFolder folder;
   const auto refused{[&](const fs::path& path, std::initializer_list<std::string_view> parts) {
-    expect_complaint([&] { static_cast<void>(read_scan(path)); }, parts);
+    expect_error([&] { static_cast<void>(read_scan(path)); }, parts);
   }};
   refused(folder / "none.bin", {"none.bin", "no such file"});
   refused(folder.path(), {"is a folder"});
@@ -81,10 +81,10 @@ TEST(TruthDisparity, IsScaled) {
   EXPECT_EQ(read_truth_disparity(folder / "nothing.png"), (Image<float>{3, 2}));
 }
 
-TEST(TruthDisparity, Complaints) {
+TEST(TruthDisparity, Findings) {
   const TemporaryFolder folder;
   const auto refused{[&](const char* name, std::initializer_list<std::string_view> parts) {
-    expect_complaint([&] { static_cast<void>(read_truth_disparity(folder / name)); }, parts);
+    expect_error([&] { static_cast<void>(read_truth_disparity(folder / name)); }, parts);
   }};
   refused("none.png", {"none.png", "no such file"});
   write_png(folder / "bytes.png", Image<std::uint8_t>{4, 4, 77});

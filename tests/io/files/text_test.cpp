@@ -85,14 +85,14 @@ TEST(ReadJson, NamesTheFileWhateverIsWrong) {
                                                           R"({"n": 1, "x": null})",
                                                           R"({"n": 1, "x": [1]})",
                                                           R"({"n": 1, "x": "1"})"}) {
-    expect_complaint([&] { read(text); }, {"run.json: line 3 is not understood", "Mend it."});
+    expect_error([&] { read(text); }, {"run.json: line 3 is not understood", "Mend it."});
   }
 }
 
 TEST(ReadJson, IsNotDrivenOverTheEndOfTheStack) {
   const std::string brackets(1'000'000, '[');
-  expect_complaint([&] { read(brackets); }, {"run.json", "nested too deeply"});
-  expect_complaint([&] { read("{\"a\":" + brackets); }, {"nested too deeply"});
+  expect_error([&] { read(brackets); }, {"run.json", "nested too deeply"});
+  expect_error([&] { read("{\"a\":" + brackets); }, {"nested too deeply"});
   const auto nested{[](int depth) { return std::string(depth, '[') + std::string(depth, ']'); }};
   EXPECT_FALSE(is_nested_too_deeply(nested(64)));
   EXPECT_TRUE(is_nested_too_deeply(nested(65)));
@@ -111,7 +111,7 @@ TEST(GridGeometryOfJson, IsOneThatCanBeWorkedOn) {
     for (const Json& value : values) {
       Json bad(good);
       bad[key] = value;
-      expect_complaint([&] { static_cast<void>(grid_geometry(bad)); }, {key});
+      expect_error([&] { static_cast<void>(grid_geometry(bad)); }, {key});
     }
   }
 }

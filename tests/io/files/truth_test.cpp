@@ -168,8 +168,8 @@ TEST_F(PlainFolder, HalfWrittenIsNotTakenForWhole) {
   const FrameTruth truth{made_up_truth("a", 3)};
   PlainFolderWriter writer{folder_ / "out", rig, grid};
   writer.write(frame_of(truth), &truth);
-  expect_complaint([&] { static_cast<void>(open_recording({{folder_ / "out"}, {}, ""})); }, {"no calibration"});
-  expect_complaint([&] { PlainFolderWriter(folder_ / "out", rig); }, {"out", "already holds a recording"});
+  expect_error([&] { static_cast<void>(open_recording({{folder_ / "out"}, {}, ""})); }, {"no calibration"});
+  expect_error([&] { PlainFolderWriter(folder_ / "out", rig); }, {"out", "already holds a recording"});
 }
 
 TEST_F(PlainFolder, WithoutTruth) {
@@ -183,7 +183,7 @@ TEST_F(PlainFolder, TruthComplaints) {
   write(made_up_truth("a", 3));
   const fs::path truth{folder_ / "out" / "truth"};
   const auto refused{[&](std::initializer_list<std::string_view> parts) {
-    expect_complaint([&] { static_cast<void>(TruthReader{truth}.frame("a")); }, parts);
+    expect_error([&] { static_cast<void>(TruthReader{truth}.frame("a")); }, parts);
   }};
   write_png(truth / "label" / "a.png", Image<std::uint8_t>{5, 5});
   refused({"label/a.png", "another size"});
@@ -195,7 +195,7 @@ TEST_F(PlainFolder, TruthComplaints) {
   refused({"cells/a.npz", "'occupied'"});
   write_npz(truth / "cells" / "a.npz", std::vector<NpzArray>{{"state", {6, 4}, values}});
   refused({"cells/a.npz", "'state'", "grid.json"});
-  expect_complaint([&] { static_cast<void>(TruthReader{truth}.frame("b")); }, {"no frame b"});
+  expect_error([&] { static_cast<void>(TruthReader{truth}.frame("b")); }, {"no frame b"});
   put(truth / "objects.jsonl", "{\"name\": \"a\"}\n");
   refused({"objects.jsonl", "frame a is not understood"});
   put(truth / "objects.jsonl", "nonsense\n");

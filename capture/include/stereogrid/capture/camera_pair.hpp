@@ -51,8 +51,8 @@ class STEREOGRID_EXPORT CameraPair final : public LiveSource {
 
   /// The camera is lost, or whatever else stands in the way, and what would mend it; until the next pair comes.
   void set_fault(std::string sentence);
-  /// Frames that come now are another stream's: LiveFrame::begins_anew.
-  void begin_anew();
+  /// Frames that come now are another stream's: LiveFrame::resets_before.
+  void request_reset();
   void end();
 
   [[nodiscard]] const Rig& rig() const override;

@@ -17,7 +17,7 @@ struct PreparedFrame {
   Clock::time_point captured{};          ///< live sources only: see LiveFrame
   std::optional<std::string> warning{};  ///< appended to the result's
   std::optional<double> odometry_ms{};   ///< time of visual odometry; none: the pose came with the input
-  bool begins_anew{false};               ///< Pipeline::reset() before this frame
+  bool resets_before{false};             ///< Pipeline::reset() before this frame
 };
 
 /// Source and destination of the frames of run_frames().

@@ -22,7 +22,7 @@ using Clock = std::chrono::steady_clock;
 struct LiveFrame {
   StereoFrame frame;
   Clock::time_point captured;  ///< exposure if the source provides it, else arrival
-  bool begins_anew{false};     ///< nothing that came before belongs to it: Pipeline::reset()
+  bool resets_before{false};   ///< nothing that came before belongs to it: Pipeline::reset()
 };
 
 /// Unused frames, with the reason.

@@ -43,7 +43,7 @@ struct ObstacleTruth {
   std::vector<Thing> things;
   std::vector<Circle> movers;
   double sigma_per_m2{0};        ///< standard deviation of a depth over its square; 0: near sides are not scored
-  bool knows_cells{false};       ///< free space is labelled
+  bool has_cell_truth{false};    ///< free space is labelled
   std::vector<Point2> free;      ///< centres of the cells that are seen free, from 3 to 20 m ahead
   std::vector<Point2> occupied;  ///< likewise
 };
@@ -91,8 +91,8 @@ struct ObstacleSummary {
   double corners{nothing};      ///< mean number of an outline's distinct points
   double turns_per_m{nothing};  ///< corners of more than 30° per metre of outline
 
-  bool knows_false{false};  ///< truth allows to find false obstacles; otherwise false_positives and the following are
-                            ///< void
+  bool has_complete_truth{false};  ///< truth allows to find false obstacles; otherwise false_positives and the
+                                   ///< following are void
   TrackingSummary tracking;
 
   // Medians over the matches of `tracking`.
@@ -148,7 +148,7 @@ class STEREOGRID_EXPORT ObstacleScores {
     std::size_t corners{0};
     std::size_t turns{0};
     std::size_t rays{0};
-    bool knows_cells{false};
+    bool has_cell_truth{false};
   } counts_;
   double outlines_m_{0};   ///< length of all
   double near_sigmas_{0};  ///< sum over the rays

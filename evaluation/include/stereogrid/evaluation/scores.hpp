@@ -129,7 +129,7 @@ class STEREOGRID_EXPORT Scores {
 
   [[nodiscard]] std::size_t frames() const { return frames_.size(); }
   /// True if the labels say which free cells the camera cannot see. Clear bands require it.
-  [[nodiscard]] bool knows_hidden_ground() const { return knows_hidden_ground_; }
+  [[nodiscard]] bool has_hidden_ground() const { return has_hidden_ground_; }
   /// Everything about a band. Intervals are found by resampling blocks of neighbouring frames with a fixed seed;
   /// `resamples` 0: no intervals.
   [[nodiscard]] Summary summary(Band band, int resamples = 1000) const;
@@ -166,7 +166,7 @@ class STEREOGRID_EXPORT Scores {
   [[nodiscard]] bool contains(Band band, const Cell& cell) const;
 
   GridGeometry geometry_;
-  bool knows_hidden_ground_{false};
+  bool has_hidden_ground_{false};
   std::vector<Frame> frames_;
 };
 

@@ -178,15 +178,14 @@ class STEREOGRID_EXPORT Recording final : public FrameSource {
 
 /// Message if left and right seem to be swapped: more of the pair matches at negative disparities than at positive
 /// ones.
-[[nodiscard]] STEREOGRID_EXPORT std::optional<std::string> complaint_if_swapped(const StereoFrame& frame);
+[[nodiscard]] STEREOGRID_EXPORT std::optional<std::string> finding_if_swapped(const StereoFrame& frame);
 
 /// Disparity (px) of the farthest points of a rectified pair where it is clearly negative; none: it is not, or the
 /// sides are swapped. 0.3 s for an image of 1280 × 720.
 [[nodiscard]] STEREOGRID_EXPORT std::optional<double> negative_disparity_px(const StereoFrame& frame);
 
 /// Message if the farthest points have negative disparities: the offset, and the corrected line of calibration.yaml.
-[[nodiscard]] STEREOGRID_EXPORT std::optional<std::string> complaint_if_shifted(const StereoFrame& frame,
-                                                                                const Rig& rig);
+[[nodiscard]] STEREOGRID_EXPORT std::optional<std::string> finding_if_shifted(const StereoFrame& frame, const Rig& rig);
 
 /// Share of the pixels that have a sure match at a disparity of at least one pixel, in images reduced to a width of 400
 /// px. 0 where the images are narrower than 96 px or differ in size.

@@ -115,9 +115,9 @@ struct RosSide {
   const Origin& origin;
 };
 
-/// Rig of rectified images, or a raw pair whose rig has its size only. `baseline_is_given`: replaces the baseline here,
-/// which may then be zero. Throws InputError.
+/// Rig of rectified images, or a raw pair whose rig has its size only. `has_given_baseline`: replaces the baseline
+/// here, which may then be zero. Throws InputError.
 [[nodiscard]] Calibration ros_pair(const RosSide& left, const RosSide& right, const RosTerms& terms, bool are_rectified,
-                                   bool baseline_is_given);
+                                   bool has_given_baseline);
 
 }  // namespace stereogrid::io

@@ -112,12 +112,12 @@ void check_pair(const RosSide& left, const RosSide& right, const RosTerms& terms
 }
 
 /// Position of the left camera to the right of the right one, m: negative.
-double shift_of(const RosSide& left, const RosSide& right, const RosTerms& terms, bool baseline_is_given) {
+double shift_of(const RosSide& left, const RosSide& right, const RosTerms& terms, bool has_given_baseline) {
   const auto& p{left.camera.p};
   const auto& q{right.camera.p};
   const double shift_m{q[3] / q[0] - p[3] / p[0]};
   if (shift_m != 0) return shift_m;
-  if (baseline_is_given) return -1;  // any length
+  if (has_given_baseline) return -1;  // any length
   right.origin.fail(fmt::format("has the same Tx in '{}' as the left camera: the baseline is zero.", terms.p),
                     "Tx of the right camera is −fx·baseline. " + std::string{calibrate_together} + terms.if_measured);
 }
@@ -166,12 +166,12 @@ void check_numbers(const RosSide& side) {
 }  // namespace
 
 Calibration ros_pair(const RosSide& left, const RosSide& right, const RosTerms& terms, bool are_rectified,
-                     bool baseline_is_given) {
+                     bool has_given_baseline) {
   check_size(left, right);
   check_projection(left, terms);
   check_projection(right, terms);
   check_pair(left, right, terms);
-  const double shift_m{shift_of(left, right, terms, baseline_is_given)};
+  const double shift_m{shift_of(left, right, terms, has_given_baseline)};
   Calibration calibration;
   calibration.rig.width_px = left.camera.width_px;
   calibration.rig.height_px = left.camera.height_px;

@@ -256,7 +256,7 @@ YamlGroup parse_yaml(const std::filesystem::path& path, std::string text) {
   try {
     return {printable_path(path), "", YAML::Load(text)};
   } catch (const YAML::Exception& error) {
-    throw InputError{printable_path(path), fmt::format("line {} {}", error.mark.line + 1, complaint_of(error)),
+    throw InputError{printable_path(path), fmt::format("line {} {}", error.mark.line + 1, error_text_of(error)),
                      see_documentation};
   }
 }

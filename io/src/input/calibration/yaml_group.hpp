@@ -105,7 +105,7 @@ struct YamlGroup::Element {
 [[nodiscard]] YamlGroup parse_yaml(const std::filesystem::path& path, std::string text);
 
 /// Message for a YAML error of yaml-cpp.
-inline std::string complaint_of(const YAML::Exception& error) {
+inline std::string error_text_of(const YAML::Exception& error) {
   // its words for groups in groups beyond the depth that it can follow; of text in memory it says that of nothing else
   if (error.msg == "bad file") return "is nested too deeply.";
   return "is no YAML (" + error.msg + ").";

@@ -117,7 +117,7 @@ TEST(MovingBlocks, AreBounded) {
 TEST(MovingBlocks, StateWithForeignSlotsIsRefused) {
   FilterState state{40, FilterConfig{}};
   state.blocks.want(1);
-  begin_wanted_blocks(FilterTables{FilterConfig{}}, state);
+  allocate_marked_blocks(FilterTables{FilterConfig{}}, state);
   StateWriter writer;
   writer(state.blocks);
   FilterState read{40, FilterConfig{}};

@@ -58,7 +58,7 @@ struct KeptRun {
 
   Cpu& cpu;
   FilterRun<Cpu> run;
-  WeighingSpace space{cells, run.tables, 2};
+  WeighingWorkspace space{cells, run.tables, 2};
   std::vector<BlockKind> kinds;
 };
 
@@ -191,7 +191,7 @@ TEST_F(FarCells, AppearAsNewThingsDo) {
     const CellIndex cell{cell_at(x_m)};
     FilterStep step_now{step(view)};
     step_now.sharp_squares = std::numeric_limits<float>::infinity();  // decay by depth brings mass of its own
-    return joint_update(step_now, 0.1f, 0.0f, 0.0f, likelihood, view_of(step_now, cell.ix, cell.iy)).born_moving;
+    return joint_update(step_now, 0.1f, 0.0f, 0.0f, likelihood, view_of(step_now, cell.ix, cell.iy)).birth_moving;
   };
   EXPECT_GT(moving_at(view_, 20), 2 * moving_at(view_, 30)) << "a pixel of disparity is 4 m in depth, and 10 m";
   EXPECT_EQ(moving_at({}, 20), moving_at({}, 30)) << "nothing is known of the camera";
@@ -264,7 +264,7 @@ TEST(HiddenCellsOfRays, AreUnknown) {
     }
   }
   Cpu cpu{2};
-  RaySpace space{201, 200, disparities};
+  RayWorkspace space{201, 200, disparities};
   count_rays(cpu, matches, rig, {1.5, 0, 0, true}, UDisparityConfig{}, space);
   const RaySums<Host> sums{std::as_const(space.sums).view()};
   const BinGeometry geometry{rig};

@@ -42,7 +42,7 @@ std::vector<Decision> decide_all(const std::vector<Pixel>& pixels, const Matchin
     textured[static_cast<std::size_t>(u)] = pixel.textured ? 1 : 0;
   }
   Matches matches{width, 1};
-  ClassifySpace space{width};
+  ClassifyWorkspace space{width};
   classify_row({candidates, road_row({road_px, 0, 0, 0, 0}, 0), textured.data(), width, config.disparities,
                 config.left_right_px, config.subpixel, confidence_model(config), matches.obstacle.row(0),
                 matches.road.row(0), matches.confidence.row(0)},

@@ -28,7 +28,7 @@ GridInVehicle placed(const GridGeometry& grid, const Pose2& vehicle_from_grid = 
 Image<float> projected(const Image<float>& occupancy, const GridInVehicle& grid) {
   Cpu cpu{1};
   Image<float> cells{grid.grid.nx, grid.grid.ny, -7.0f};
-  ProjectionSpace space{occupancy.width(), occupancy.height()};
+  ProjectionWorkspace space{occupancy.width(), occupancy.height()};
   project(cpu, occupancy.view(), BinGeometry{round_rig()}, grid, space, cells.view());
   return cells;
 }
@@ -153,7 +153,7 @@ TEST(ProjectionEquality, CpuEqualsReference) {
                                 : Pose2{uniform(generator, -3, 6), uniform(generator, -3, 3),
                                         round % 4 == 0 ? 0.0 : uniform(generator, -3.1, 3.1)}};
     Cpu cpu{1 + round % 2};
-    ProjectionSpace space{width, bins};
+    ProjectionWorkspace space{width, bins};
     Image<float> slow{geometry.nx, geometry.ny, -7.0f};
     Image<float> fast{geometry.nx, geometry.ny, -8.0f};
     project(reference, occupancy.view(), BinGeometry{rig}, placed(geometry, pose), space, slow.view());
@@ -170,7 +170,7 @@ TEST(ProjectionEquality, CpuEqualsReferenceOnTheVehicleGrid) {
   Cpu cpu{2};
   const GridGeometry geometry{0, -10, 0.2, 100, 100};
   const Image<float> occupancy{random_plane(201, disparities, generator)};
-  ProjectionSpace space{201, disparities};
+  ProjectionWorkspace space{201, disparities};
   Image<float> slow{geometry.nx, geometry.ny};
   Image<float> fast{slow};
   project(reference, occupancy.view(), BinGeometry{round_rig()}, placed(geometry), space, slow.view());
@@ -189,7 +189,7 @@ TEST(ProjectionEquality, CpuEqualsReferenceInEveryHeading) {
   Cpu cpu{2};
   const GridGeometry geometry{-15, -15, 0.5, 60, 60};
   const Image<float> occupancy{random_plane(201, disparities, generator)};
-  ProjectionSpace space{201, disparities};
+  ProjectionWorkspace space{201, disparities};
   space.plan(BinGeometry{round_rig()}, placed(geometry));
   for (const double yaw : {1e-12, 1e-5, -2e-3, 0.01, 0.3, 0.7853981633974483, 1.5707963267948966, 1.57, -2.4, 3.1}) {
     const GridInVehicle grid{placed(geometry, {0.25, -0.1, yaw})};

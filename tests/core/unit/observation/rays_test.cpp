@@ -54,7 +54,7 @@ Matches empty_road() {
 
 Image<float> cells_of(const Matches& matches, const GridInVehicle& where = {grid}) {
   Cpu cpu{2};
-  RaySpace space{matches.road.width(), matches.road.height(), disparities};
+  RayWorkspace space{matches.road.width(), matches.road.height(), disparities};
   count_rays(cpu, matches, round_rig(), level_ground(), UDisparityConfig{}, space);
   Image<float> cells{where.grid.nx, where.grid.ny, -7.0f};
   project_rays(cpu, space, BinGeometry{round_rig()}, where, cells.view());
@@ -136,7 +136,7 @@ TEST(Rays, RollTurnsTheRows) {
     const double v{rows.row(10, 0.1) - std::tan(0.1) * (u - 100)};
     matches.obstacle(u, static_cast<int>(std::lround(v))) = 10;
   }
-  RaySpace space{201, 200, disparities};
+  RayWorkspace space{201, 200, disparities};
   Reference reference;
   const auto ending = [&](const Ground& ground) {
     count_rays(reference, matches, round_rig(), ground, UDisparityConfig{}, space);
@@ -182,7 +182,7 @@ TEST(Rays, MathematicsAreNearTheRealOnes) {
 TEST(Rays, MoreColumnsThanTheCountsHoldAreUnknown) {
   EXPECT_LT(static_cast<long>(columns_max(2160)) * 2160, 1L << ray_bits);
   Cpu cpu{1};
-  RaySpace space{201, 200, disparities};
+  RayWorkspace space{201, 200, disparities};
   count_rays(cpu, empty_road(), round_rig(), level_ground(), UDisparityConfig{}, space);
   const RaySums<Host> sums{std::as_const(space.sums).view()};
   const GridInVehicle one_cell{grid_in_vehicle({9.9, -0.1, 0.2, 1, 1}, {})};
@@ -249,8 +249,8 @@ TEST(RaysEquality, CpuEqualsReference) {
     config.follow_roll = round % 2 == 0;
     Cpu cpu{1 + round % 3};
     const bool has_relief{round % 3 == 0};
-    RaySpace slow{width, height, disparities, has_relief};
-    RaySpace fast{width, height, disparities, has_relief};
+    RayWorkspace slow{width, height, disparities, has_relief};
+    RayWorkspace fast{width, height, disparities, has_relief};
     Image<std::int16_t> relief{2 * disparities, relief_sectors(width)};
     const int most{round % 2 == 0 ? height : 0};
     for (std::int16_t& rows : relief) rows = static_cast<std::int16_t>(uniform_int(generator, -most, most));
@@ -290,7 +290,7 @@ TEST(Rays, HeightsAreOverTheRelief) {
   }
   const Image<std::int16_t> relief{2 * disparities, relief_sectors(201), raised};
   Reference reference;
-  RaySpace space{201, 200, disparities, true};
+  RayWorkspace space{201, 200, disparities, true};
   space.relief = {relief.view()};
   count_rays(reference, higher, round_rig(), level_ground(), UDisparityConfig{}, space);
   Image<float> cells{grid.nx, grid.ny};
@@ -307,7 +307,7 @@ TEST(Rays, SumsAreThoseOfThePixels) {
   const Matches matches{random_matches(23, 31, generator)};
   const Rig rig{23, 31, 50, 11, 9, 0.3, 1.2, 0, 0};
   const Ground ground{1.2, 0.01, 0, true};
-  RaySpace space{23, 31, disparities};
+  RayWorkspace space{23, 31, disparities};
   Reference reference;
   count_rays(reference, matches, rig, ground, UDisparityConfig{}, space);
   const RowsByHeight rows{rig, ground};

@@ -24,7 +24,7 @@ struct TwoClusters {
     if (space.segmenter.segment_at({8, 1.5}) != 0) std::swap(first, second);
   }
 
-  ClusterSpace space;
+  ClusterWorkspace space;
   std::vector<Cluster>& clusters;
   std::size_t first{0};
   std::size_t second{1};
@@ -87,7 +87,7 @@ TEST(ClusterVelocities, NeedTwoPointsThatAgree) {
 
 TEST(ClusterVelocities, AreNoneWhereAPixelIsWorthMetres) {
   for (const double x_m : {19.0, 21.0}) {
-    ClusterSpace space{obstacle_space()};
+    ClusterWorkspace space{obstacle_space()};
     const std::vector<FlowVector> vectors(5, vector_at({x_m, 0.2}, {6, 0}));
     find_clusters(PaintedObstacles{}.wall(x_m, -1, 1).disparity.view(), {1.2, 0, 0, true}, still_world(), {}, vectors,
                   in_one, space);
@@ -100,7 +100,7 @@ TEST(ClusterVelocities, AreNoneWhereAPixelIsWorthMetres) {
 class Passing : public testing::Test {
  protected:
   std::vector<Cluster> found(const std::vector<FlowVector>& vectors) {
-    ClusterSpace space{obstacle_space()};
+    ClusterWorkspace space{obstacle_space()};
     find_clusters(PaintedObstacles{}.wall(8, -2, 2).disparity.view(), {1.2, 0, 0, true}, still_world(), {}, vectors,
                   in_one, space);
     return space.clusters;

@@ -27,7 +27,7 @@ std::size_t segments_of(const PaintedObstacles& painted) {
 
 std::vector<Cluster> clusters_of(const PaintedObstacles& painted, const GridLayers& world = still_world(),
                                  const Pose2& world_from_vehicle = {}) {
-  ClusterSpace space{obstacle_space()};
+  ClusterWorkspace space{obstacle_space()};
   find_clusters(painted.disparity.view(), level, world, world_from_vehicle, {}, in_one, space);
   fit_boxes(space.clusters);
   return space.clusters;
@@ -66,7 +66,7 @@ TEST(Segments, PiecesOfAThingAreJoined) {
 
 TEST(Segments, WhatStandsBeforeSomethingIsAThingOfItsOwn) {
   const PaintedObstacles painted{PaintedObstacles{}.wall(12, -2.5, 2.5).wall(6, -0.3, 0.3)};
-  ClusterSpace space{obstacle_space()};
+  ClusterWorkspace space{obstacle_space()};
   space.segmenter.find(painted.disparity.view(), level, in_one);
   EXPECT_EQ(space.segmenter.segment_at({6, 0}), space.segmenter.segment_at({6, 0.2}));
   EXPECT_NE(space.segmenter.segment_at({6, 0}), space.segmenter.segment_at({12, 2}));
@@ -82,7 +82,7 @@ TEST(Segments, DisparitiesBetweenTwoSurfacesDoNotJoinThem) {
   for (int v{60}; v < 120; ++v) {
     for (int i{0}; i < 4; ++i) painted.disparity(edge + i, v) = 12.0f - 1.3f * static_cast<float>(i);
   }
-  ClusterSpace space{obstacle_space()};
+  ClusterWorkspace space{obstacle_space()};
   space.segmenter.find(painted.disparity.view(), level, in_one);
   EXPECT_NE(space.segmenter.segment_at({6, 0}), space.segmenter.segment_at({12, -2}));
 }

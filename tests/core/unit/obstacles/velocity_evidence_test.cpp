@@ -40,7 +40,7 @@ struct Seen {
   }
 
   void weigh(std::span<const VelocityEvidence> evidence) {
-    WeighingSpace space{cells, run.tables, cpu.threads()};
+    WeighingWorkspace space{cells, run.tables, cpu.threads()};
     weigh_velocities(cpu, evidence, run.tables, space, run.now, run.layers);
   }
 
@@ -151,7 +151,7 @@ TEST(VelocityEvidence, MovesAThingOnWithTheNextStep) {
 template <class BackEndType>
 float unobserved_after(BackEndType& back_end, float seen, int is_repeated) {
   FilterRun<BackEndType> run{back_end, method_config(FilterModel::joint), geometry};
-  WeighingSpace space{cells, run.tables, 1};
+  WeighingWorkspace space{cells, run.tables, 1};
   Image<float> observed{cells, cells, 0.5f};
   observed(2, 2) = 0.9f;
   observed(10, 9) = seen;
@@ -185,7 +185,7 @@ TEST(VelocityEvidence, IsIgnoredAlikeByBothBackEnds) {
   Reference reference;
   FilterRun<Cpu> fast{cpu, method_config(FilterModel::joint), geometry};
   FilterRun<Reference> slow{reference, method_config(FilterModel::joint), geometry};
-  WeighingSpace space{cells, fast.tables, 2};
+  WeighingWorkspace space{cells, fast.tables, 2};
   Image<float> observed{scene(cells, 8, 8, 4, 4)};
   std::vector<VelocityEvidence> evidence;
   for (int cell{0}; cell < cells * cells; cell += 3)

@@ -57,7 +57,7 @@ class STEREOGRID_EXPORT RunReader {
   void read_run();
   void check_extrinsics();
   void check_grids() const;
-  [[noreturn]] void complain_of_array(const std::filesystem::path& file, const std::string& array) const;
+  [[noreturn]] void report_array(const std::filesystem::path& file, const std::string& array) const;
 
   std::filesystem::path folder_;
   GridGeometry grid_;

@@ -44,7 +44,7 @@ class STEREOGRID_EXPORT RunRecord {
   /// Goes where its index belongs.
   void add_skipped(SkippedFrame frame);
   /// Continues from a frame: later frames are processed again, and their skipped frames are recorded again.
-  void go_on_from(std::size_t index);
+  void continue_from(std::size_t index);
   /// Sets Pipeline::next_rig() after the last frame. Default: the description's rig.
   void set_rig(const Rig& mounted) { mounted_rig_ = mounted; }
   /// Writes run.json. Throws DeviceError.

@@ -5,12 +5,12 @@
 namespace stereogrid {
 
 /// A cell of the window that stays occupied although the frame cannot observe it.
-struct HeldCell {
+struct RetainedCell {
   int cell;         ///< iy · nx + ix of the window
   float occupancy;  ///< least P(occupied) that counts as observed
 };
 
 /// Most cells that are held at a time.
-constexpr int held_cells_max{8192};
+constexpr int retained_cells_max{8192};
 
 }  // namespace stereogrid

@@ -17,11 +17,11 @@
 namespace stereogrid {
 
 /// Working memory of predictions.
-struct PredictionSpace {
-  PredictionSpace(int cells, const FilterConfig& config)
+struct PredictionWorkspace {
+  PredictionWorkspace(int cells, const FilterConfig& config)
       : state{cells, config}, layers{grid_layers({0, 0, 1, cells, cells})}, nothing{cells, cells, 0.5f} {}
 
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(state, layers, nothing); }
+  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(state, layers, nothing); }
 
   FilterState state;
   GridLayers layers;
@@ -29,25 +29,25 @@ struct PredictionSpace {
 };
 
 /// Data of the stages on the host, and the filter's state between frames. Allocated once.
-struct HostSpace {
-  HostSpace(const Config& config, const Rig& level_rig, const GridGeometry& vehicle_grid, int threads);
+struct HostWorkspace {
+  HostWorkspace(const Config& config, const Rig& level_rig, const GridGeometry& vehicle_grid, int threads);
 
-  [[nodiscard]] std::size_t held_bytes() const;
+  [[nodiscard]] std::size_t memory_bytes() const;
 
   Image<std::uint8_t> aligned_right;
   Matches matches;
   Image<float> heights;  ///< working memory of split_surfaces
-  MatchingSpace matching;
+  MatchingWorkspace matching;
   UDisparityTables u_disparity_tables;
-  UDisparitySpace u_disparity;
-  ProjectionSpace projection;
-  RaySpace rays;
+  UDisparityWorkspace u_disparity;
+  ProjectionWorkspace projection;
+  RayWorkspace rays;
   FilterTables filter_tables;
   Image<float> observed_world;
-  FilterState filtered;                         ///< state of the last published frame
-  FilterState next;                             ///< written by the frame in work
-  std::unique_ptr<PredictionSpace> prediction;  ///< null: no predictions
-  WeighingSpace weighing;
+  FilterState filtered;                             ///< state of the last published frame
+  FilterState next;                                 ///< written by the frame in work
+  std::unique_ptr<PredictionWorkspace> prediction;  ///< null: no predictions
+  WeighingWorkspace weighing;
   std::vector<BlockKind> block_kinds;  ///< kinds of the window's layers of the stored result: FilterState::kinds
   std::vector<BlockKind> part_kinds;   ///< kinds of its vehicle's layers, see KnownKinds
 };

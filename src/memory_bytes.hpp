@@ -7,16 +7,16 @@
 
 namespace stereogrid {
 
-/// Bytes that a part's buffers hold, the part itself not among them: of a structure what its held_bytes() says, of a
+/// Bytes that a part's buffers hold, the part itself not among them: of a structure what its memory_bytes() says, of a
 /// vector its room and what its elements hold, of an image its elements. Who adds a buffer to a structure adds it to
-/// its held_bytes(); a test compares the sum with malloc (tests/core/memory/memory_test.cpp).
+/// its memory_bytes(); a test compares the sum with malloc (tests/core/memory/memory_test.cpp).
 template <class Part>
-std::size_t held_bytes(const Part& part) {
+std::size_t memory_bytes(const Part& part) {
   using Element = std::remove_cvref_t<decltype(*part.data())>;
   if constexpr (requires { part.capacity(); }) {
     std::size_t bytes{part.capacity() * sizeof(Element)};
     if constexpr (!std::is_trivially_destructible_v<Element>) {
-      for (const Element& element : part) bytes += held_bytes(element);
+      for (const Element& element : part) bytes += memory_bytes(element);
     }
     return bytes;
   } else {
@@ -25,15 +25,15 @@ std::size_t held_bytes(const Part& part) {
 }
 template <class Part>
 requires requires(const Part& part) {
-  part.held_bytes();
+  part.memory_bytes();
 }
-std::size_t held_bytes(const Part& part) {
-  return part.held_bytes();
+std::size_t memory_bytes(const Part& part) {
+  return part.memory_bytes();
 }
 
 template <class... Parts>
-std::size_t held_bytes_of(const Parts&... parts) {
-  return (held_bytes(parts) + ...);
+std::size_t memory_bytes_of(const Parts&... parts) {
+  return (memory_bytes(parts) + ...);
 }
 
 }  // namespace stereogrid

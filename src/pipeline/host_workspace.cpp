@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/host_space.hpp"
+#include "pipeline/host_workspace.hpp"
 
 namespace stereogrid {
 
-HostSpace::HostSpace(const Config& config, const Rig& level_rig, const GridGeometry& vehicle_grid, int threads)
+HostWorkspace::HostWorkspace(const Config& config, const Rig& level_rig, const GridGeometry& vehicle_grid, int threads)
     : aligned_right{level_rig.width_px, level_rig.height_px},
       matches{level_rig.width_px, level_rig.height_px},
       heights{level_rig.width_px, level_rig.height_px},
@@ -25,10 +25,10 @@ HostSpace::HostSpace(const Config& config, const Rig& level_rig, const GridGeome
   if (config.projection.model != ProjectionModel::rays) projection.plan(BinGeometry{level_rig}, {vehicle_grid});
 }
 
-std::size_t HostSpace::held_bytes() const {
-  return held_bytes_of(aligned_right, matches, heights, matching, u_disparity_tables, u_disparity, projection, rays,
-                       filter_tables, observed_world, filtered, next, weighing, block_kinds, part_kinds) +
-         (prediction ? sizeof(PredictionSpace) + prediction->held_bytes() : 0);
+std::size_t HostWorkspace::memory_bytes() const {
+  return memory_bytes_of(aligned_right, matches, heights, matching, u_disparity_tables, u_disparity, projection, rays,
+                         filter_tables, observed_world, filtered, next, weighing, block_kinds, part_kinds) +
+         (prediction ? sizeof(PredictionWorkspace) + prediction->memory_bytes() : 0);
 }
 
 }  // namespace stereogrid
