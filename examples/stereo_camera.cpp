@@ -74,7 +74,7 @@ Rig rig_of(const io::Calibration& calibration, const std::optional<io::Rectifier
   return rig;
 }
 
-void tell(const StereoFrame& frame, const FrameResult& result) {
+void print(const StereoFrame& frame, const FrameResult& result) {
   const std::vector<std::int8_t> costmap{occupancy_values(result.vehicle.occupancy.view(), OccupancyScale::nav2)};
   std::size_t occupied{0};
   std::size_t unknown{0};
@@ -102,7 +102,7 @@ void run(const std::string& source, const std::string& calibration_file, int fra
       frame.right = rectifier->right(frame.right);
     }
     frame.world_from_vehicle = odometry.update(frame).world_from_vehicle;
-    tell(frame, pipeline.process(frame));
+    print(frame, pipeline.process(frame));
   }
 }
 

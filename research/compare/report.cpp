@@ -47,31 +47,31 @@ Json number(double value) {
 
 void print_figures(const ComparedMethod& method, Band band) {
   const Summary summary{method.series.scores.summary(band, 0)};
-  app::tell("{:<42}", band.clear ? "  clear" : method.title);
+  app::print("{:<42}", band.clear ? "  clear" : method.title);
   for (const Column& column : columns) {
     const double value{(summary.*column.estimate).value};
-    app::tell("{:>10}", std::isfinite(value) ? fmt::format("{:.3f}", value) : "–");
+    app::print("{:>10}", std::isfinite(value) ? fmt::format("{:.3f}", value) : "–");
   }
 }
 
 }  // namespace
 
 void print_table(const Comparison& comparison) {
-  app::tell("{} frames, {} with truth; cells {:g}–{:g} m ahead\n\n{:<42}", comparison.frames,
+  app::print("{} frames, {} with truth; cells {:g}–{:g} m ahead\n\n{:<42}", comparison.frames,
             comparison.frames_with_truth, table_band.from_m, table_band.to_m, "method");
-  for (const Column& column : columns) app::tell("{:>10}", column.title);
-  app::tell("{:>10}\n", "ms");
+  for (const Column& column : columns) app::print("{:>10}", column.title);
+  app::print("{:>10}\n", "ms");
   bool over_time{false};
   for (const ComparedMethod& method : comparison.methods) {
-    if (method.over_time && !over_time) app::tell("over time\n");
+    if (method.over_time && !over_time) app::print("over time\n");
     over_time = method.over_time;
     print_figures(method, table_band);
-    app::tell("{:>10.1f}\n", median(method.milliseconds));
+    app::print("{:>10.1f}\n", median(method.milliseconds));
     if (!method.series.scores.has_hidden_ground()) continue;
     print_figures(method, clear_band);
-    app::tell("\n");
+    app::print("\n");
   }
-  app::tell(
+  app::print(
       "\nclear: without ground that the camera cannot see (lidar). hidden: recall of partly hidden obstacles at 1 %\n"
       "false alarms. ms: median from disparities and ground to the grid. Methods: docs/evaluation.md. Figures: "
       "docs/evaluation.md.\n");

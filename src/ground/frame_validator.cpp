@@ -179,6 +179,9 @@ void report(const Rejection& rejection, FrameResult& result) {
   } else if (rejection == Rejection::falls_away) {
     add(FrameStatus::road_unknown,
         "the ground in the vehicle's path falls away (an edge, stairs or a slope down): the grid is unknown.");
+  } else if (rejection == Rejection::ground_not_found) {
+    add(FrameStatus::road_unknown,
+        "the ground is not found yet: the grid is unknown. Show more of it, or give mount in the calibration.");
   } else if (rejection == Rejection::road_not_seen) {
     add(FrameStatus::road_unknown,
         "the road has not been visible for more than 3 s: the grid is unknown. If the road is in view, correct mount "

@@ -25,7 +25,7 @@ struct MatchedFrame {
 
 /// Reason to reject the matches and the road plane of a frame, and the exposure of its images.
 struct Rejection {
-  enum Reason { none, few_matches, identical_images, plane_contradicted, road_not_seen, falls_away };
+  enum Reason { none, few_matches, identical_images, plane_contradicted, ground_not_found, road_not_seen, falls_away };
 
   // NOLINTNEXTLINE(google-explicit-constructor): a reason alone has equal exposures
   Rejection(Reason given = none) : reason{given} {}

@@ -285,7 +285,7 @@ bool GroundEstimator::is_far_from(const Ground& before, const Ground& plane, con
 
 Rejection::Reason GroundEstimator::reason_to_reject(const GroundState& state, const GroundFit& fit, double dt_s) const {
   if (!config_.estimate) return Rejection::none;
-  if (state.mode == GroundMode::assumed) return Rejection::road_not_seen;
+  if (state.mode == GroundMode::assumed) return Rejection::ground_not_found;
   if (fit.plane.estimated) return Rejection::none;
   if (fit.is_contradicted) return Rejection::plane_contradicted;
   return state.unmeasured_s + dt_s > coasting_max_s ? Rejection::road_not_seen : Rejection::none;

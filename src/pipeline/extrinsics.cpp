@@ -30,7 +30,7 @@ Rig as_written(Rig rig) {
 std::string extrinsics_message(const Rig& rig) {
   std::array<char, 320> text{};
   std::snprintf(text.data(), text.size(),
-                "the assumed extrinsics do not fit. They are replaced by an estimate. "
+                "the extrinsics are estimated from the images. "
                 "For calibration.yaml: mount: {camera_height_m: %.3f, camera_pitch_rad: %.4f, camera_roll_rad: %.4f}",
                 rig.camera_height_m, rig.camera_pitch_rad, rig.camera_roll_rad);
   return text.data();

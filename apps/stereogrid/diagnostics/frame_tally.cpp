@@ -111,16 +111,19 @@ class DriveDiagnosis {
     const Rig& rig{context_.given};
     if (context_.used != rig) {
       return fmt::format(
-          ". The extrinsics differ from the assumed ones: {:.3g} m above the road, pitch {:.1f}° (down). A run "
-          "estimates them from its first frames, whose grids are unknown. For calibration.yaml: {}",
-          rig.camera_height_m, rig.camera_pitch_rad * degrees, io::mount_line(context_.used));
+          ". The calibration has no extrinsics: a run estimates them where ground is in plain view. Grids before are "
+          "unknown. For calibration.yaml: {}",
+          io::mount_line(context_.used));
+    }
+    if (!context_.input.extrinsics_given) {
+      return ". It may be out of view, wet, without texture, or nearer than matching.disparities reach. The "
+             "calibration has no "
+             "extrinsics: measure them, and give mount.camera_height_m and mount.camera_pitch_rad.";
     }
     return fmt::format(
-        ". It may be out of view, wet or without texture, or {}: {:.3g} m "
-        "above the road and a pitch of {:.1f}° (down) are assumed. Measure them, and give mount.camera_height_m and "
+        ". It may be out of view, wet or without texture, or the extrinsics in the calibration may be wrong: {:.3g} m "
+        "above the road and a pitch of {:.1f}° (down). Measure them, and give mount.camera_height_m and "
         "mount.camera_pitch_rad.",
-        context_.input.extrinsics_given ? "the extrinsics in the calibration may be wrong"
-                                        : "the calibration has no extrinsics",
         rig.camera_height_m, rig.camera_pitch_rad * degrees);
   }
 

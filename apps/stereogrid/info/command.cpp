@@ -49,9 +49,10 @@ void print_camera(const Rig& rig, bool has_extrinsics) {
   print_row("size", fmt::format("{} × {} px", rig.width_px, rig.height_px));
   print_row("camera", fmt::format("focal length {:.6g} px, centre ({:.6g}, {:.6g}) px, baseline {:.4g} m", rig.focal_px,
                                   rig.cx_px, rig.cy_px, rig.baseline_m));
-  print_row("extrinsics", fmt::format("{:.3g} m above the road, pitch {:.2f}°, roll {:.2f}°{}", rig.camera_height_m,
-                                      rig.camera_pitch_rad * degrees, rig.camera_roll_rad * degrees,
-                                      has_extrinsics ? "" : " (assumed: not in the calibration)"));
+  print_row("extrinsics", has_extrinsics
+                              ? fmt::format("{:.3g} m above the road, pitch {:.2f}°, roll {:.2f}°", rig.camera_height_m,
+                                            rig.camera_pitch_rad * degrees, rig.camera_roll_rad * degrees)
+                              : "none in the calibration: estimated from the images");
 }
 
 std::string poses_text(const io::RecordingContents& contents) {
@@ -109,8 +110,9 @@ void print_terrain(const Config& config, const Rig& rig) {
   }
 }
 
-void print_plan(const Config& asked, const Rig& rig) {
-  const Pipeline pipeline{asked, rig};
+/// `rig`: with the extrinsics that were found.
+void print_plan(const Config& asked, const Rig& rig, bool extrinsics_given) {
+  const Pipeline pipeline{asked, rig, {.extrinsics_given = extrinsics_given}};
   const Config& config{pipeline.config()};
   const GridGeometry grid{pipeline.vehicle_grid()};
   const double depth_of_one_px{rig.focal_px * rig.baseline_m};
@@ -134,10 +136,13 @@ void print_look(const Look& look, std::size_t frames, const Config& config) {
   print_row("looked at", fmt::format("{} of {} frames, {} can be used", look.looked_at, frames, look.usable));
   if (!config.ground.estimate || look.tried == 0) return;
   const std::string found{fmt::format("found in {} of {} frames", look.road_found, look.tried)};
-  print_row("road", look.road_found == 0
-                        ? found
-                        : fmt::format("{}: camera {:.2f} m above it, pitch {:.1f}°, roll {:.1f}°", found,
-                                      look.road.height_m, tenths(look.road.pitch_rad), tenths(look.road.roll_rad)));
+  print_row("road",
+            look.road_found == 0
+                ? found
+                : fmt::format("{}: camera {:.2f} ± {:.2f} m above it, pitch {:.1f} ± {:.1f}°, roll {:.1f} ± {:.1f}°",
+                              found, look.road.height_m, look.road.height_sigma_m, tenths(look.road.pitch_rad),
+                              tenths(look.road.pitch_sigma_rad), tenths(look.road.roll_rad),
+                              tenths(look.road.roll_sigma_rad)));
   if (!look.mount.empty()) print_row("estimated", look.mount + " (for calibration.yaml)");
 }
 
@@ -203,8 +208,8 @@ int show(const InfoOptions& options) {
   print_camera(rig, input.recording == nullptr || input.recording->contents().calibration.has_extrinsics);
   if (input.recording != nullptr) print_recording(*input.recording);
   print_stamps(input);
-  print_plan(config, rig);
   Look look{look_at_frames(input, config, frames_looked_at)};
+  print_plan(config, look.rig, input.extrinsics_given);
   print_look(look, frames, config);
   if (input.recording != nullptr) {
     const auto& warnings{input.recording->contents().warnings};

@@ -126,7 +126,9 @@ class Looking {
                              [this](std::size_t index) { return std::optional<StereoFrame>{source_.load(index)}; }})};
     look_.complaints.insert(look_.complaints.end(), found.texts.begin(), found.texts.end());
     measure_road();
-    if (const Rig & rig{pipeline_.next_rig()}; rig != source_.rig()) {
+    const Rig& rig{pipeline_.next_rig()};
+    look_.rig = rig;
+    if (rig != source_.rig()) {
       look_.mount = fmt::format("mount: {{camera_height_m: {:.3f}, camera_pitch_rad: {:.4f}, camera_roll_rad: {:.4f}}}",
                                 rig.camera_height_m, rig.camera_pitch_rad, rig.camera_roll_rad);
     }
@@ -142,7 +144,10 @@ class Looking {
       for (const Ground& ground : found_) values.push_back(ground.*what);
       return median(std::move(values));
     };
-    look_.road = {median_of(&Ground::height_m), median_of(&Ground::pitch_rad), median_of(&Ground::roll_rad), true};
+    look_.road = {median_of(&Ground::height_m),       median_of(&Ground::pitch_rad),
+                  median_of(&Ground::roll_rad),       true,
+                  median_of(&Ground::height_sigma_m), median_of(&Ground::pitch_sigma_rad),
+                  median_of(&Ground::roll_sigma_rad)};
   }
 
   const Input& input_;

@@ -18,6 +18,7 @@ struct Look {
   std::size_t tried{0};       ///< frames processed by the pipeline
   std::size_t road_found{0};  ///< in frames tried
   Ground road;                ///< medians where it was found; pitch of the images as they came
+  Rig rig;                    ///< with the extrinsics that a run would use after these frames
   std::string mount;          ///< estimated extrinsics as a line for calibration.yaml; empty: none replaced the input's
   bool is_hopeless{false};    ///< nothing that can be used would come of a run
   std::vector<std::string> complaints;

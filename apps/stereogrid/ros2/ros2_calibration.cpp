@@ -72,7 +72,7 @@ std::array<CameraInfo, 2> wait_for_infos(dds::Node& node, const std::string& nam
   if (are_on_one_topic) std::this_thread::sleep_for(third_after);
   for (;;) {
     if (auto both{both_of(*infos, are_on_one_topic)}) return *std::move(both);
-    waiting.tell(fmt::format("{}: {} A calibration.yaml can be given instead (--calibration FILE).", name,
+    waiting.print(fmt::format("{}: {} A calibration.yaml can be given instead (--calibration FILE).", name,
                              missing_infos(*infos, topics)));
   }
 }
@@ -159,7 +159,7 @@ DepthMessages wait_for_depth(dds::Node& node, const InputOptions& options, const
     try {
       return depth_messages(messages, options, found, topics_of(node, options));
     } catch (const InputError& error) {
-      waiting.tell(error.what());
+      waiting.print(error.what());
     }
   }
 }

@@ -183,7 +183,7 @@ FoundImages wait_for_images(dds::Node& node, const InputOptions& options) {
       missing = error.what();
     }
     if (!is_pair) seen = look_at(messages, topics, asked);  // pairs are found by names alone
-    waiting.tell(missing);
+    waiting.print(missing);
   }
 }
 
