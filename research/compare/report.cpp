@@ -58,7 +58,7 @@ void print_figures(const ComparedMethod& method, Band band) {
 
 void print_table(const Comparison& comparison) {
   app::print("{} frames, {} with truth; cells {:g}–{:g} m ahead\n\n{:<42}", comparison.frames,
-            comparison.frames_with_truth, table_band.from_m, table_band.to_m, "method");
+             comparison.frames_with_truth, table_band.from_m, table_band.to_m, "method");
   for (const Column& column : columns) app::print("{:>10}", column.title);
   app::print("{:>10}\n", "ms");
   bool over_time{false};

@@ -6,10 +6,10 @@
 #include <utility>
 
 #include "stereogrid/error.hpp"
-#include "stereogrid/io/truth.hpp"
 #include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/io/text.hpp"
+#include "stereogrid/io/truth.hpp"
 #include "stereogrid/scenes/scene.hpp"
 
 namespace stereogrid::app {

@@ -139,7 +139,7 @@ void print_look(const Look& look, std::size_t frames, const Config& config) {
   print_row("road",
             look.road_found == 0
                 ? found
-                : fmt::format("{}: camera {:.2f} ± {:.2f} m above it, pitch {:.1f} ± {:.1f}°, roll {:.1f} ± {:.1f}°",
+                : fmt::format("{}: camera {:.2f} ± {:.3f} m above it, pitch {:.1f} ± {:.1f}°, roll {:.1f} ± {:.1f}°",
                               found, look.road.height_m, look.road.height_sigma_m, tenths(look.road.pitch_rad),
                               tenths(look.road.pitch_sigma_rad), tenths(look.road.roll_rad),
                               tenths(look.road.roll_sigma_rad)));

@@ -73,7 +73,7 @@ std::array<CameraInfo, 2> wait_for_infos(dds::Node& node, const std::string& nam
   for (;;) {
     if (auto both{both_of(*infos, are_on_one_topic)}) return *std::move(both);
     waiting.print(fmt::format("{}: {} A calibration.yaml can be given instead (--calibration FILE).", name,
-                             missing_infos(*infos, topics)));
+                              missing_infos(*infos, topics)));
   }
 }
 

@@ -20,8 +20,8 @@
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/mcap/bag.hpp"
 #include "stereogrid/messages/cdr.hpp"
-#include "stereogrid/messages/std_msgs.hpp"
 #include "stereogrid/messages/geometry_msgs.hpp"
+#include "stereogrid/messages/std_msgs.hpp"
 
 namespace stereogrid::app {
 namespace {
