@@ -36,7 +36,6 @@ constexpr double coasting_max_s{3};
 // Largest deviation of a frame's plane from the extrinsics: load, suspension and errors of a measured extrinsics.
 constexpr double height_gate{0.1};  // share of the height
 constexpr double pitch_gate_deg{2.5};
-constexpr double roll_gate_deg{3.5};
 constexpr int tracking_rounds{8};
 // The fit needs the prior for what the samples do not determine; the filter's step weighs it.
 constexpr double tether{0.2};
@@ -54,6 +53,11 @@ bool is_sound(const FittedPlane& plane) {
   return plane.total >= sound_nats && has_shape_of_ground(plane);
 }
 
+// Standard deviations of disparities on ground. Stereo networks and depth cameras follow surfaces; at low resolution
+// all ground may be within 3 px of a wall.
+constexpr float own_noise_px{0.5F};
+constexpr float external_noise_px{0.2F};
+
 // A plane behind the camera: every pixel is matched as upright.
 Ground out_of_view(const Ground& extrinsics) {
   Ground ground{extrinsics};
@@ -63,7 +67,7 @@ Ground out_of_view(const Ground& extrinsics) {
 
 }  // namespace
 
-GroundWorkspace::GroundWorkspace(const Rig& level_rig) {
+GroundWorkspace::GroundWorkspace(const Rig& level_rig) : counts(blocks_of(level_rig)) {
   const std::size_t most{samples_max(level_rig)};
   lattice.reserve(most);
   samples.reserve(most);
@@ -98,6 +102,7 @@ void GroundEstimator::gather(const MatchedFrame& frame, GroundWorkspace& space) 
     while (last_row > 1 && is_masked(last_row - 1)) --last_row;
   }
   weigh(rig_, space.lattice, MatchLattice::step_u, last_row, disparities_, space.counts, space.samples);
+  space.samples.noise_px = frame.is_external ? external_noise_px : own_noise_px;
   constexpr float correlated_blocks{3};  // the rows of a window are alike for longer than its columns
   constexpr float upright_share{0.03F};  // upright windows on ground are biased towards obstacles
   const float side{static_cast<float>(block_px(rig_))};
@@ -255,7 +260,7 @@ bool GroundEstimator::is_within_gates(const Ground& extrinsics, const Ground& pl
              std::min(config_.height_gate_m, height_gate * extrinsics.height_m) &&
          std::abs(plane.pitch_rad - extrinsics.pitch_rad) <=
              radians(std::min(config_.pitch_gate_deg, pitch_gate_deg)) &&
-         std::abs(plane.roll_rad - extrinsics.roll_rad) <= radians(std::min(config_.roll_gate_deg, roll_gate_deg));
+         std::abs(plane.roll_rad - extrinsics.roll_rad) <= radians(config_.roll_gate_deg);
 }
 
 // True: the plane `seen` meets that of the extrinsics between the vehicle and the nearest visible ground.

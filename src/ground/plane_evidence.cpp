@@ -79,7 +79,7 @@ void weigh(const Rig& rig, std::span<const GroundSample> samples, double spacing
   const auto block_of = [&](const GroundSample& sample) {
     return static_cast<std::size_t>(static_cast<int>(sample.v) / side * across + static_cast<int>(sample.u) / side);
   };
-  counts.assign(static_cast<std::size_t>(across) * static_cast<std::size_t>(rig.height_px / side + 1), 0);
+  counts.assign(blocks_of(rig), 0);
   for (const GroundSample& sample : samples) ++counts[block_of(sample)];
   const double full{side * side / (spacing_px * spacing_px)};
   out.clear();
@@ -99,7 +99,8 @@ void weigh(const Rig& rig, std::span<const GroundSample> samples, double spacing
 PlaneHypothesis::PlaneHypothesis(const RoadPlane& plane, const Rig& rig, const PlaneSamples& samples)
     : at_centre{static_cast<float>(plane.at_centre)},
       per_u{static_cast<float>(plane.per_u)},
-      per_v{static_cast<float>(plane.per_v)} {
+      per_v{static_cast<float>(plane.per_v)},
+      noise_px{samples.noise_px} {
   constexpr double path_heights{0.6};  // half the width of the vehicle's path, in heights of the camera
   const float largest{std::max(expected(samples.first_x, samples.last_y), expected(samples.last_x, samples.last_y))};
   near_px = std::clamp(largest, 1.0F, std::max(samples.disparities - 1, 1.0F));

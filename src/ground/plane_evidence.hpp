@@ -31,12 +31,19 @@ struct PlaneSamples {
   float last_x{0};                ///< right border
   float last_y{0};                ///< lowest row that can have samples, less cy_px
   float disparities{0};           ///< number of disparities searched
+  float noise_px{0.5F};           ///< standard deviation of disparities on ground
 };
 
 /// Side of a square whose samples are one independent observation: errors of neighbours are alike, on one thing and
 /// within a window of the matcher.
 inline int block_px(const Rig& rig) {
   return std::clamp(rig.width_px / 20, 12, 32);
+}
+
+/// Number of such squares in the image, whole or not.
+inline std::size_t blocks_of(const Rig& rig) {
+  const int side{block_px(rig)};
+  return static_cast<std::size_t>(rig.width_px / side + 1) * static_cast<std::size_t>(rig.height_px / side + 1);
 }
 
 /// Sets `out` to `samples`. `spacing_px`: distance of neighbouring samples in rows and columns. `last_row`: lowest

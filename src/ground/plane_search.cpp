@@ -20,6 +20,7 @@ constexpr std::size_t some_samples{1000};
 constexpr std::size_t rated_again{200};      // hypotheses that `few` rates best
 constexpr std::size_t rated_again_near{60};  // others that explain the nearest half best
 constexpr std::size_t distinct_max{10};
+constexpr std::size_t tried_max{20};  // a steep plane through ground and walls leads out of the bounds
 constexpr std::size_t distinct_by_all{7};
 constexpr std::size_t finalists{5};  // refined on all samples
 constexpr int refining_rounds{12};
@@ -44,6 +45,7 @@ void thin(const PlaneSamples& from, std::size_t count, Generator& generator, Pla
   to.last_x = from.last_x;
   to.last_y = from.last_y;
   to.disparities = from.disparities;
+  to.noise_px = from.noise_px;
   const std::size_t stride{std::max<std::size_t>(from.size() / count, 1)};
   for (std::size_t begin{0}; begin + stride <= from.size(); begin += stride) {
     const std::size_t i{begin + generator.below(stride)};
@@ -94,8 +96,8 @@ void rate(const Rig& rig, const PlaneSamples& samples, const PlanePrior& prior,
 
 // True: the same plane up to the errors of samples, at both lower corners and in the middle of the view's lower half.
 bool are_alike(const PlaneHypothesis& p, const PlaneHypothesis& q, const PlaneSamples& samples) {
-  constexpr float alike_px{1};
   constexpr float alike_share{0.03F};
+  const float alike_px{std::min(1.0F, p.near_px / 16)};  // most disparities may be small: low resolution, far ground
   const auto differ = [&](float x, float y) {
     const float e{p.expected(x, y)};
     return std::abs(e - q.expected(x, y)) > alike_px + alike_share * std::abs(e);
@@ -108,17 +110,17 @@ bool is_new(const std::vector<FittedPlane>& found, const PlaneHypothesis& plane,
   return std::ranges::none_of(found, [&](const FittedPlane& one) { return are_alike(one.hypothesis, plane, samples); });
 }
 
-// Refines the best hypotheses of distinct planes, until `most` have been tried.
+// Refines the best hypotheses of distinct planes, until `most` have been found.
 void refine_best(const Rig& rig, const PlaneSamples& samples, const PlanePrior& prior, double turned_rad,
                  std::size_t most, PlaneSearchWorkspace& space) {
   for (const PlaneSearchWorkspace::Scored& one : space.scored) {
-    if (space.tried.size() >= most) return;
+    if (space.found.size() >= most || space.tried.size() >= tried_max) return;
     const PlaneHypothesis hypothesis{one.plane, rig, samples};
     const auto is_like_it = [&](const PlaneHypothesis& other) { return are_alike(other, hypothesis, samples); };
     if (std::ranges::any_of(space.tried, is_like_it)) continue;
     space.tried.push_back(hypothesis);
     const std::optional<RefinedPlane> plane{
-        refined_plane(rig, space.some, prior, {one.plane}, refining_rounds, space.some.weight)};
+        refined_plane(rig, space.some, prior, {one.plane, samples.noise_px}, refining_rounds, space.some.weight)};
     if (!plane || !is_searched(ground_of(rig, plane->plane), turned_rad)) continue;
     const FittedPlane fitted{fitted_plane(rig, space.some, prior, *plane, space.some.weight)};
     if (is_new(space.found, fitted.hypothesis, samples)) space.found.push_back(fitted);
@@ -169,7 +171,7 @@ void PlaneSearchWorkspace::reserve(std::size_t samples) {
   few.reserve(std::min(samples, 2 * few_samples));
   some.reserve(std::min(samples, 2 * some_samples));
   scored.reserve(hypotheses);
-  tried.reserve(distinct_max);
+  tried.reserve(tried_max);
   found.reserve(distinct_max);
 }
 
@@ -193,7 +195,7 @@ std::optional<RefinedPlane> refined_plane(const Rig& rig, const PlaneSamples& sa
   constexpr double settled_px{0.002};
   constexpr int coarse_rounds{2};  // with the start's noise: it may be off
   RefinedPlane refined{start};
-  const float usual{PlaneHypothesis{}.noise_px};
+  const float usual{samples.noise_px};
   RoadPlane& plane{refined.plane};
   for (int round{0}; round < rounds; ++round) {
     const Ground ground{ground_of(rig, plane)};

@@ -180,8 +180,10 @@ def main():
     for drive in DRIVES:
         with tempfile.TemporaryDirectory() as folder:
             run = Path(folder) / "run"
-            subprocess.run([tool, "--quiet", "run", data / drive, "--out", run, "--frames", ":20", "--set",
-                            "grid.length_m=30", "--set", "matching.disparities=128"], check=True)
+            mounted = Path(folder) / "calibration.yaml"  # labels here are of a level camera
+            mounted.write_text(f"from: {data / drive / 'calib.txt'}\nmount: {{camera_height_m: {CAMERA_HEIGHT_M}}}\n")
+            subprocess.run([tool, "--quiet", "run", data / drive, "--calibration", mounted, "--out", run, "--frames", ":20",
+                            "--set", "grid.length_m=30", "--set", "matching.disparities=128"], check=True)
             subprocess.run([tool, "--quiet", "evaluate", run, "--json", Path(folder) / "scores.json"], check=True,
                            stdout=subprocess.DEVNULL)
             said = json.loads((Path(folder) / "scores.json").read_text())["series"]

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A textured wall 8 m ahead, made without any other library, has to come out as occupied cells 8 m ahead. Exceptions of
+// A textured wall 4 m ahead, made without any other library, has to come out as occupied cells 4 m ahead. Exceptions of
 // the library have to be caught here. With the argument "cuda": started with an emulated libstereogrid_cuda.so that
 // finds no GPU; an exception of that library crosses the core's border, too.
 #include <stereogrid/error.hpp>
@@ -20,11 +20,11 @@
 
 namespace {
 
-constexpr int disparity_px{10};
+constexpr int disparity_px{20};
 
 stereogrid::Rig small_rig() {
   return {
-      .width_px = 200, .height_px = 120, .focal_px = 160, .cx_px = 100, .cy_px = 60, .baseline_m = 0.5};  // f·b/d = 8 m
+      .width_px = 200, .height_px = 120, .focal_px = 160, .cx_px = 100, .cy_px = 60, .baseline_m = 0.5};  // f·b/d = 4 m
 }
 
 stereogrid::StereoFrame wall(const stereogrid::Rig& rig) {
@@ -69,7 +69,7 @@ int main(int argc, char** argv) {
   const stereogrid::FrameResult& result{pipeline.process(wall(rig))};
 
   const stereogrid::GridGeometry& grid{result.vehicle.geometry};
-  const int ix{static_cast<int>((8.0 - grid.x_min_m) / grid.cell_size_m)};
+  const int ix{static_cast<int>((4.0 - grid.x_min_m) / grid.cell_size_m)};
   const int iy{static_cast<int>((0.0 - grid.y_min_m) / grid.cell_size_m)};
   const float at_wall{result.observed(ix, iy)};
   const bool has_points{!stereogrid::points_of(result, result.level_rig).empty()};
