@@ -240,7 +240,14 @@ void GroundEstimator::compare(const GroundState& state, GroundWorkspace& space, 
   if (!are_in_conflict(used, other.hypothesis, samples) && margin < sound_nats) return;
   if (!is_measured && !was_seen && other.total >= candidate_nats) fit.is_contradicted = true;
   if (!is_sound(other)) return;
-  const Ground seen{rounded(other.ground)};
+  Ground seen{rounded(other.ground)};
+  if (is_within_gates(state.extrinsics, seen)) {  // the fit had ended elsewhere
+    seen.estimated = true;
+    fit.plane = seen;
+    fit.support = other.support;
+    fit.is_contradicted = false;
+    return;
+  }
   // Planes may cross at the image's lower border.
   if (is_nearest && is_below) fit.plane.estimated = false;
   if (is_slope_ahead(state.extrinsics, seen)) {
