@@ -91,7 +91,7 @@ void log_input(const Input& input) {
 void log_calibration(const io::Calibration& calibration) {
   for (const std::string& note : calibration.notes) spdlog::info("{}", note);
   if (!calibration.has_extrinsics) {
-    spdlog::info("extrinsics: not in the calibration; they are estimated from the images");
+    spdlog::info("extrinsics: not in the calibration");
   }
   for (const std::string& oddity : oddities(calibration.rig)) spdlog::warn("{}", oddity);
   for (const std::string& warning : calibration.warnings) spdlog::warn("{}", warning);

@@ -45,14 +45,15 @@ std::string text_or(const std::filesystem::path& path, const char* otherwise) {
   return path.empty() ? otherwise : io::printable_path(path);
 }
 
-void print_camera(const Rig& rig, bool has_extrinsics) {
+void print_camera(const Rig& rig, bool has_extrinsics, bool estimates) {
   print_row("size", fmt::format("{} × {} px", rig.width_px, rig.height_px));
   print_row("camera", fmt::format("focal length {:.6g} px, centre ({:.6g}, {:.6g}) px, baseline {:.4g} m", rig.focal_px,
                                   rig.cx_px, rig.cy_px, rig.baseline_m));
-  print_row("extrinsics", has_extrinsics
-                              ? fmt::format("{:.3g} m above the road, pitch {:.2f}°, roll {:.2f}°", rig.camera_height_m,
-                                            rig.camera_pitch_rad * degrees, rig.camera_roll_rad * degrees)
-                              : "none in the calibration: estimated from the images");
+  const std::string used{fmt::format("{:.3g} m above the road, pitch {:.2f}°, roll {:.2f}°", rig.camera_height_m,
+                                     rig.camera_pitch_rad * degrees, rig.camera_roll_rad * degrees)};
+  print_row("extrinsics", has_extrinsics ? used
+                          : estimates    ? "none in the calibration: estimated from the images"
+                                         : used + " (assumed: not in the calibration, and ground.estimate is off)");
 }
 
 std::string poses_text(const io::RecordingContents& contents) {
@@ -205,7 +206,8 @@ int show(const InfoOptions& options) {
   print_row("frames", frames == 0
                           ? "none"
                           : fmt::format("{}, {} to {}", frames, input.source->name(0), input.source->name(frames - 1)));
-  print_camera(rig, input.recording == nullptr || input.recording->contents().calibration.has_extrinsics);
+  print_camera(rig, input.recording == nullptr || input.recording->contents().calibration.has_extrinsics,
+               config.ground.estimate);
   if (input.recording != nullptr) print_recording(*input.recording);
   print_stamps(input);
   Look look{look_at_frames(input, config, frames_looked_at)};
