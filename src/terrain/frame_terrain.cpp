@@ -14,16 +14,17 @@
 namespace stereogrid {
 namespace {
 
-TerrainLimits limits_of(const VehicleConfig& config) {
+TerrainLimits limits_of(const Config& config) {
   const auto tangent = [](double degrees) { return static_cast<float>(std::tan(degrees * std::numbers::pi / 180)); };
-  return {static_cast<float>(config.step_max_m), tangent(config.slope_max_deg), static_cast<float>(config.height_m),
-          tangent(config.drop_slope_deg)};
+  const VehicleConfig& vehicle{config.vehicle};
+  return {static_cast<float>(vehicle.step_max_m), tangent(vehicle.slope_max_deg), static_cast<float>(vehicle.height_m),
+          static_cast<float>(config.u_disparity.obstacle_min_height_m), tangent(vehicle.drop_slope_deg)};
 }
 
-CellRule rule_of(TerrainClass kind, bool is_raised, CellRule unknown) {
-  switch (kind) {
+CellRule rule_of(const Terrain::RingPart& part, bool is_raised, CellRule unknown) {
+  switch (part.kind) {
     case TerrainClass::obstacle:
-      return CellRule::obstacle;
+      return part.is_low ? CellRule::low_obstacle : CellRule::obstacle;
     case TerrainClass::drop:
       return CellRule::edge;
     case TerrainClass::hidden:
@@ -69,7 +70,7 @@ FrameTerrain::FrameTerrain(const Rig& level_rig, const Config& config, const Gri
       raised_m_{static_cast<float>(config.u_disparity.obstacle_min_height_m / 2)},
       unknown_{config.projection.model == ProjectionModel::rays ? CellRule::ground_not_seen : CellRule::as_observed},
       terrain_{level_rig,
-               limits_of(config.vehicle),
+               limits_of(config),
                static_cast<float>(config.grid.cell_size_m),
                static_cast<float>(std::hypot(config.grid.length_m, config.grid.width_m / 2)),
                config.matching.disparities,
@@ -89,7 +90,7 @@ void FrameTerrain::write_vehicle(const GridInVehicle& grid, int begin, int end, 
     result.elevation_m(ix, iy) = ground.elevation_m;
     result.elevation_sigma_m(ix, iy) = ground.sigma_m;
     result.terrain(ix, iy) = ground.kind;
-    vehicle_rules_(ix, iy) = rule_of(ground.kind, ground.raised_m > raised_m_, unknown_);
+    vehicle_rules_(ix, iy) = rule_of(part, ground.raised_m > raised_m_, unknown_);
   });
 }
 
@@ -97,7 +98,7 @@ void FrameTerrain::write_window(const GridInVehicle& grid, int begin, int end) {
   fill_rows(window_rules_, begin, end, unknown_);
   terrain_.visit(grid, begin, end, [&](int ix, int iy, float x_m, const Terrain::RingPart& part) {
     const bool is_raised{part.wide_m > raised_m_ && terrain_.ground_at(x_m, part).raised_m > raised_m_};
-    window_rules_(ix, iy) = rule_of(part.kind, is_raised, unknown_);
+    window_rules_(ix, iy) = rule_of(part, is_raised, unknown_);
   });
 }
 
@@ -109,7 +110,7 @@ void FrameTerrain::move_held(const GridGeometry& window) {
   const Scroll scroll{scroll_between(before, window)};
   const Scroll by{std::clamp(scroll.x, -cells, cells), std::clamp(scroll.y, -cells, cells)};
   if (by.x == 0 && by.y == 0) return;
-  moved_.fill(CellRule::as_observed);
+  moved_.fill(no_hazards);
   const int first{std::max(-by.x, 0)};
   const int count{cells - std::abs(by.x)};
   for (int iy{std::max(-by.y, 0)}; iy < std::min(cells - by.y, cells); ++iy)
@@ -117,16 +118,15 @@ void FrameTerrain::move_held(const GridGeometry& window) {
   std::swap(held_, moved_);
 }
 
-// Cells without ground keep their hazard. Hidden cells are none: some of them are seen to be ground from nearer by.
+// Cells without ground keep their hazards. Hidden cells have none: some of them are seen to be ground from nearer by.
 // They are raised here, hazards with the held ones.
 void FrameTerrain::hold(Image<float>& occupancy) {
   for (int iy{0}; iy < held_.height(); ++iy) {
-    CellRule* const row{held_.row(iy)};
+    Hazards* const row{held_.row(iy)};
     for_cells(window_rules_.row(iy), held_.width(), [&](int begin, int end, CellRule rule) {
       if (rule == CellRule::ground_not_seen) return;
-      const bool is_hazard{rule == CellRule::edge || rule == CellRule::obstacle};
-      std::fill(row + begin, row + end, is_hazard ? rule : CellRule::as_observed);
-      if (!is_hazard) raise(occupancy.row(iy), begin, end, least_filtered(rule));
+      for (int i{begin}; i < end; ++i) row[i] = after(row[i], rule);
+      if (rule == CellRule::not_free) raise(occupancy.row(iy), begin, end, least_filtered(rule));
     });
   }
 }
@@ -161,9 +161,10 @@ void FrameTerrain::bound_held(const Pose2& world_from_vehicle, FrameResult& resu
     }
   };
   for (int y{0}; y < held_.height(); ++y) {
-    for_cells(held_.row(y), held_.width(), [&](int begin, int end, CellRule rule) {
-      if (rule == CellRule::as_observed) return;
-      for (int x{begin}; x < end; ++x) raise(x, y, least_filtered(rule));
+    for_cells(held_.row(y), held_.width(), [&](int begin, int end, Hazards hazards) {
+      const float least{least_filtered(hazards)};
+      if (least == 0) return;
+      for (int x{begin}; x < end; ++x) raise(x, y, least);
     });
   }
 }

@@ -34,11 +34,10 @@ class FrameTerrain {
   /// Edges of the last find(), from left to right.
   [[nodiscard]] std::span<const EdgePoint> edges() const { return edges_; }
   /// Raises the filtered occupancy where the last find() has seen edges, obstacles, or nothing behind an edge, and
-  /// where a frame before has seen an edge or obstacle and none since ground. `is_usable`: false: the last find() is
-  /// ignored.
+  /// where the frames that have seen the cell last found a hazard. `is_usable`: false: the last find() is ignored.
   void bound_filtered(const Pose2& world_from_vehicle, bool is_usable, FrameResult& result);
   /// Clears the hazards of frames before.
-  void reset() { held_.fill(CellRule::as_observed); }
+  void reset() { held_.fill(no_hazards); }
   /// Marks all cells of `result` as unseen.
   static void clear(FrameResult& result);
   /// Rules of the last find().
@@ -65,9 +64,9 @@ class FrameTerrain {
   std::vector<EdgePoint> edges_;
   Image<CellRule> vehicle_rules_;
   Image<CellRule> window_rules_;
-  Image<CellRule> held_;   ///< hazards of the window's cells; as_observed: none
-  Image<CellRule> moved_;  ///< working memory
-  double held_x_m_{0};     ///< origin of that window
+  Image<Hazards> held_;   ///< hazards of the window's cells
+  Image<Hazards> moved_;  ///< working memory
+  double held_x_m_{0};    ///< origin of that window
   double held_y_m_{0};
 };
 

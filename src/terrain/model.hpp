@@ -81,10 +81,11 @@ inline FirstGround first_ground(const Ground& ground, const Ground& surface) {
 }
 
 struct TerrainLimits {
-  float step_m;      ///< largest step that a wheel climbs
-  float slope;       ///< tangent of the steepest slope
-  float height_m;    ///< clearance
-  float drop_slope;  ///< tangent of the line of sight up to which a gap with lower ground behind it is a drop
+  float step_m;       ///< largest step that a wheel climbs
+  float slope;        ///< tangent of the steepest slope
+  float height_m;     ///< clearance
+  float rays_from_m;  ///< least height of what rays show
+  float drop_slope;   ///< tangent of the line of sight up to which a gap with lower ground behind it is a drop
 };
 
 }  // namespace stereogrid

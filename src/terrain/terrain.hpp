@@ -81,6 +81,7 @@ class Terrain {
     int first{0};
     int last{0};
     TerrainClass kind{TerrainClass::unknown};
+    bool is_low{false};  ///< all obstacles of it are low
     bool is_seen{false};
     float elevation_m{0};
     float slope{0};

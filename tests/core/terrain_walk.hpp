@@ -28,7 +28,7 @@ struct Vehicle {
 
 inline Vehicle car() {
   return {{640, 360, 425, 320, 180, 0.2, 1.0, 0, 0},
-          {0.15f, tangent_of(20), 1.8f, tangent_of(6)},
+          {0.15f, tangent_of(20), 1.8f, 0.25f, tangent_of(6)},
           {0, -10, 0.2, 100, 100},
           2.8,
           8,
@@ -37,7 +37,7 @@ inline Vehicle car() {
 
 inline Vehicle robot() {
   return {{640, 400, 411, 320, 142, 0.09, 0.35, 0, 0},
-          {0.03f, tangent_of(20), 0.5f, tangent_of(6)},
+          {0.03f, tangent_of(20), 0.5f, 0.1f, tangent_of(6)},
           {0, -3, 0.05, 120, 120},
           0.6,
           2,

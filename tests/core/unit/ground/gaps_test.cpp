@@ -45,7 +45,7 @@ class Gaps : public testing::Test {
                           ground.height_m = 1;
                           return ground;
                         }()};
-  TerrainLimits limits_{0.15f, 0.364f, 1.8f, 0.105f};
+  TerrainLimits limits_{0.15f, 0.364f, 1.8f, 0.25f, 0.105f};
   std::vector<float> disparity_ = std::vector<float>(rows);
 };
 

@@ -59,7 +59,7 @@ class SettledWalks : public testing::Test {
                           ground.height_m = 1;
                           return ground;
                         }()};
-  TerrainLimits limits_{0.15f, 0.364f, 1.8f, 0.105f};
+  TerrainLimits limits_{0.15f, 0.364f, 1.8f, 0.25f, 0.105f};
   Rings rings_{0.2f, 20, 64};
   TerrainSamples samples_{640, 360, rings_.capacity()};
   std::vector<float> sigma_px_ = std::vector<float>(static_cast<std::size_t>(rings_.capacity()), 0.3f);

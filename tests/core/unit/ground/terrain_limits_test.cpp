@@ -95,7 +95,7 @@ TEST(CellRules, BoundTheObservedOccupancy) {
   expect(CellRule::not_free, 0.9f, 0.9f);
   expect(CellRule::free, 0.1f, 0.1f);
   expect(CellRule::free, 0.9f, 0.2f);
-  for (const CellRule rule : {CellRule::obstacle, CellRule::edge}) {
+  for (const CellRule rule : {CellRule::low_obstacle, CellRule::obstacle, CellRule::edge}) {
     expect(rule, 0.1f, 0.7f);
     expect(rule, 0.9f, 0.9f);
   }
@@ -176,6 +176,21 @@ TEST(Terrain, HazardsStayUntilGroundIsSeenThere) {
     EXPECT_EQ(frame.filtered_at(2.9, false), least) << "the frame is rejected";
     EXPECT_EQ(frame.filtered_at(2.9), 0) << "drivable ground";
   }
+}
+
+// The vehicle stands in front of a kerb of 0.2 m, which is lower than what rays show.
+TEST(Terrain, TwoOfThreeFramesConfirmALowObstacle) {
+  const Image<float> kerb{disparity_of(car().rig, step(4, 0.2f))};
+  const Image<float> level{disparity_of(car().rig, ramp(5, 0))};
+  FrameOf frame{step(4, 0.2f)};
+  EXPECT_EQ(frame.rule_at(4.1), CellRule::low_obstacle);
+  EXPECT_EQ(frame.filtered_at(4), 0.5f);
+  frame.see(kerb);
+  EXPECT_EQ(frame.filtered_at(4), 0.7f);
+  frame.see(level);
+  EXPECT_EQ(frame.filtered_at(4), 0.7f) << "one frame misses it";
+  frame.see(level);
+  EXPECT_EQ(frame.filtered_at(4), 0) << "two frames do";
 }
 
 }  // namespace

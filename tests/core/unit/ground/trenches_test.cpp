@@ -72,7 +72,7 @@ class Trenches : public testing::Test {
                           ground.height_m = 1;
                           return ground;
                         }()};
-  TerrainLimits limits_{0.15f, 0.364f, 1.8f, 0.105f};
+  TerrainLimits limits_{0.15f, 0.364f, 1.8f, 0.25f, 0.105f};
   TerrainSamples samples_{sectors * sector_px, rows, 10};
   TrenchFilter filter_{rows, sectors, window};
 };
