@@ -2,8 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <cstdlib>
+#include <utility>
+
 #include "stereogrid/frame.hpp"
 #include "stereogrid/grid.hpp"
+#include "stereogrid/image.hpp"
 
 namespace stereogrid {
 
@@ -32,5 +37,18 @@ class Window {
 
 /// From one place of the window to the next.
 Scroll scroll_between(const GridGeometry& before, const GridGeometry& now);
+
+/// Moves the cells of a window; new ones are T{}. `working`: an image of the same size.
+template <class T>
+void scroll_cells(Scroll scroll, Image<T>& cells, Image<T>& working) {
+  if (scroll.x == 0 && scroll.y == 0) return;
+  const int x{std::clamp(scroll.x, -cells.width(), cells.width())};
+  const int y{std::clamp(scroll.y, -cells.height(), cells.height())};
+  working.fill({});
+  const int first{std::max(-x, 0)};
+  for (int iy{std::max(-y, 0)}; iy < std::min(cells.height() - y, cells.height()); ++iy)
+    std::copy_n(cells.row(iy + y) + first + x, cells.width() - std::abs(x), working.row(iy) + first);
+  std::swap(cells, working);
+}
 
 }  // namespace stereogrid

@@ -21,10 +21,10 @@ TerrainLimits limits_of(const Config& config) {
           static_cast<float>(config.u_disparity.obstacle_min_height_m), tangent(vehicle.drop_slope_deg)};
 }
 
-CellRule rule_of(const Terrain::RingPart& part, bool is_raised, CellRule unknown) {
-  switch (part.kind) {
+CellRule rule_of(TerrainClass kind, bool is_raised, CellRule unknown) {
+  switch (kind) {
     case TerrainClass::obstacle:
-      return part.is_low ? CellRule::low_obstacle : CellRule::obstacle;
+      return CellRule::obstacle;
     case TerrainClass::drop:
       return CellRule::edge;
     case TerrainClass::hidden:
@@ -75,6 +75,7 @@ FrameTerrain::FrameTerrain(const Rig& level_rig, const Config& config, const Gri
                static_cast<float>(std::hypot(config.grid.length_m, config.grid.width_m / 2)),
                config.matching.disparities,
                config.matching.window_px},
+      low_obstacles_{level_rig, limits_of(config), config.grid.cell_size_m, window_cells, config.matching.window_px},
       vehicle_rules_{vehicle_grid.nx, vehicle_grid.ny},
       window_rules_{window_cells, window_cells},
       held_{window_cells, window_cells},
@@ -90,15 +91,29 @@ void FrameTerrain::write_vehicle(const GridInVehicle& grid, int begin, int end, 
     result.elevation_m(ix, iy) = ground.elevation_m;
     result.elevation_sigma_m(ix, iy) = ground.sigma_m;
     result.terrain(ix, iy) = ground.kind;
-    vehicle_rules_(ix, iy) = rule_of(part, ground.raised_m > raised_m_, unknown_);
+    vehicle_rules_(ix, iy) = rule_of(ground.kind, ground.raised_m > raised_m_, unknown_);
   });
+}
+
+void FrameTerrain::mark_low_obstacles(const GridInVehicle& grid, int begin, int end, FrameResult& result) {
+  const CellPlaces places{grid, {0, 0}, 1};
+  for (int iy{begin}; iy < end; ++iy) {
+    for (int ix{0}; ix < vehicle_grid_.nx; ++ix) {
+      CellRule& rule{vehicle_rules_(ix, iy)};
+      if (rule == CellRule::edge || rule == CellRule::obstacle ||
+          !low_obstacles_.is_high_at(places.x_of(ix, iy), places.y_of(ix, iy)))
+        continue;
+      rule = CellRule::obstacle;
+      result.terrain(ix, iy) = TerrainClass::obstacle;
+    }
+  }
 }
 
 void FrameTerrain::write_window(const GridInVehicle& grid, int begin, int end) {
   fill_rows(window_rules_, begin, end, unknown_);
   terrain_.visit(grid, begin, end, [&](int ix, int iy, float x_m, const Terrain::RingPart& part) {
     const bool is_raised{part.wide_m > raised_m_ && terrain_.ground_at(x_m, part).raised_m > raised_m_};
-    window_rules_(ix, iy) = rule_of(part, is_raised, unknown_);
+    window_rules_(ix, iy) = rule_of(part.kind, is_raised, unknown_);
   });
 }
 
@@ -106,27 +121,21 @@ void FrameTerrain::move_held(const GridGeometry& window) {
   GridGeometry before{window};
   before.x_min_m = std::exchange(held_x_m_, window.x_min_m);
   before.y_min_m = std::exchange(held_y_m_, window.y_min_m);
-  const int cells{held_.width()};
   const Scroll scroll{scroll_between(before, window)};
-  const Scroll by{std::clamp(scroll.x, -cells, cells), std::clamp(scroll.y, -cells, cells)};
-  if (by.x == 0 && by.y == 0) return;
-  moved_.fill(no_hazards);
-  const int first{std::max(-by.x, 0)};
-  const int count{cells - std::abs(by.x)};
-  for (int iy{std::max(-by.y, 0)}; iy < std::min(cells - by.y, cells); ++iy)
-    std::copy_n(held_.row(iy + by.y) + first + by.x, count, moved_.row(iy) + first);
-  std::swap(held_, moved_);
+  scroll_cells(scroll, held_, moved_);
+  low_obstacles_.move(scroll);
 }
 
-// Cells without ground keep their hazards. Hidden cells have none: some of them are seen to be ground from nearer by.
+// Cells without ground keep their hazard. Hidden cells are none: some of them are seen to be ground from nearer by.
 // They are raised here, hazards with the held ones.
 void FrameTerrain::hold(Image<float>& occupancy) {
   for (int iy{0}; iy < held_.height(); ++iy) {
-    Hazards* const row{held_.row(iy)};
+    CellRule* const row{held_.row(iy)};
     for_cells(window_rules_.row(iy), held_.width(), [&](int begin, int end, CellRule rule) {
       if (rule == CellRule::ground_not_seen) return;
-      for (int i{begin}; i < end; ++i) row[i] = after(row[i], rule);
-      if (rule == CellRule::not_free) raise(occupancy.row(iy), begin, end, least_filtered(rule));
+      const bool is_hazard{rule == CellRule::edge || rule == CellRule::obstacle};
+      std::fill(row + begin, row + end, is_hazard ? rule : CellRule::as_observed);
+      if (!is_hazard) raise(occupancy.row(iy), begin, end, least_filtered(rule));
     });
   }
 }
@@ -136,6 +145,7 @@ void FrameTerrain::bound_filtered(const Pose2& world_from_vehicle, bool is_usabl
   move_held(window);
   if (is_usable) {
     hold(result.world.occupancy);
+    low_obstacles_.remember();
     bound(vehicle_rules_, result.vehicle.occupancy);
   }
   bound_held(world_from_vehicle, result);
@@ -161,12 +171,12 @@ void FrameTerrain::bound_held(const Pose2& world_from_vehicle, FrameResult& resu
     }
   };
   for (int y{0}; y < held_.height(); ++y) {
-    for_cells(held_.row(y), held_.width(), [&](int begin, int end, Hazards hazards) {
-      const float least{least_filtered(hazards)};
-      if (least == 0) return;
-      for (int x{begin}; x < end; ++x) raise(x, y, least);
+    for_cells(held_.row(y), held_.width(), [&](int begin, int end, CellRule rule) {
+      if (rule == CellRule::as_observed) return;
+      for (int x{begin}; x < end; ++x) raise(x, y, least_filtered(rule));
     });
   }
+  low_obstacles_.for_obstacles([&](int x, int y) { raise(x, y, ruled_obstacle); });
 }
 
 void FrameTerrain::clear(FrameResult& result) {

@@ -9,6 +9,7 @@
 #include "memory_bytes.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/result.hpp"
+#include "terrain/low_obstacles.hpp"
 #include "terrain/rules.hpp"
 #include "terrain/terrain.hpp"
 
@@ -26,32 +27,41 @@ class FrameTerrain {
     terrain_.find(obstacle, road, ground, surface, for_ranges);
     edges_.clear();
     terrain_.add_edges(edges_);
+    low_obstacles_.find(obstacle, road, terrain_, window, for_ranges);
     const GridInVehicle vehicle{grid_in_vehicle(vehicle_grid_, {})};
-    for_ranges(vehicle_grid_.ny, [&](int begin, int end) { write_vehicle(vehicle, begin, end, result); });
+    for_ranges(vehicle_grid_.ny, [&](int begin, int end) {
+      write_vehicle(vehicle, begin, end, result);
+      mark_low_obstacles(vehicle, begin, end, result);
+    });
     for_ranges(window.grid.ny, [&](int begin, int end) { write_window(window, begin, end); });
   }
 
   /// Edges of the last find(), from left to right.
   [[nodiscard]] std::span<const EdgePoint> edges() const { return edges_; }
   /// Raises the filtered occupancy where the last find() has seen edges, obstacles, or nothing behind an edge, and
-  /// where the frames that have seen the cell last found a hazard. `is_usable`: false: the last find() is ignored.
+  /// where a frame before has seen an edge or obstacle and none since ground, or several have seen a low obstacle.
+  /// `is_usable`: false: the last find() is ignored.
   void bound_filtered(const Pose2& world_from_vehicle, bool is_usable, FrameResult& result);
   /// Clears the hazards of frames before.
-  void reset() { held_.fill(no_hazards); }
+  void reset() {
+    held_.fill(CellRule::as_observed);
+    low_obstacles_.reset();
+  }
   /// Marks all cells of `result` as unseen.
   static void clear(FrameResult& result);
   /// Rules of the last find().
   [[nodiscard]] TerrainRules rules() const { return {terrain_.relief(), vehicle_rules_.view(), window_rules_.view()}; }
   template <class State>
   void exchange(State& state) {
-    state(held_, held_x_m_, held_y_m_);
+    state(held_, held_x_m_, held_y_m_, low_obstacles_);
   }
   [[nodiscard]] std::size_t memory_bytes() const {
-    return memory_bytes_of(terrain_, edges_, vehicle_rules_, window_rules_, held_, moved_);
+    return memory_bytes_of(terrain_, low_obstacles_, edges_, vehicle_rules_, window_rules_, held_, moved_);
   }
 
  private:
   void write_vehicle(const GridInVehicle& grid, int begin, int end, FrameResult& result);
+  void mark_low_obstacles(const GridInVehicle& grid, int begin, int end, FrameResult& result);
   void write_window(const GridInVehicle& grid, int begin, int end);
   void move_held(const GridGeometry& window);
   void hold(Image<float>& occupancy);
@@ -61,12 +71,13 @@ class FrameTerrain {
   float raised_m_;    ///< drivable ground higher than this looks like an obstacle to the plane
   CellRule unknown_;  ///< rule of cells without ground
   Terrain terrain_;
+  LowObstacles low_obstacles_;
   std::vector<EdgePoint> edges_;
   Image<CellRule> vehicle_rules_;
   Image<CellRule> window_rules_;
-  Image<Hazards> held_;   ///< hazards of the window's cells
-  Image<Hazards> moved_;  ///< working memory
-  double held_x_m_{0};    ///< origin of that window
+  Image<CellRule> held_;   ///< hazards of the window's cells; as_observed: none
+  Image<CellRule> moved_;  ///< working memory
+  double held_x_m_{0};     ///< origin of that window
   double held_y_m_{0};
 };
 

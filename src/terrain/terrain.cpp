@@ -22,12 +22,10 @@ struct CellSectors {
   float elevation_m{0};  ///< sum
   float slope{0};        ///< sum
   int seen{0};
-  bool is_low{true};  ///< all obstacles
 
   void add(const PolarCell& cell) {
     ++count[static_cast<std::size_t>(cell.kind)];
     ++sectors;
-    is_low = is_low && (cell.is_low || cell.kind != TerrainClass::obstacle);
     if (std::isnan(cell.elevation_m)) return;
     elevation_m += cell.elevation_m;
     slope += cell.slope;
@@ -167,7 +165,6 @@ Terrain::RingPart Terrain::part_of(int ring, int first, int last) const {
           first,
           last,
           found.kind(),
-          found.is_low,
           found.seen > 0,
           found.elevation_m / seen,
           found.slope / seen,

@@ -81,7 +81,6 @@ class Terrain {
     int first{0};
     int last{0};
     TerrainClass kind{TerrainClass::unknown};
-    bool is_low{false};  ///< all obstacles of it are low
     bool is_seen{false};
     float elevation_m{0};
     float slope{0};
@@ -122,6 +121,14 @@ class Terrain {
   /// Ground `x_m` ahead.
   [[nodiscard]] CellGround ground_at(float x_m, const RingPart& part) const;
 
+  [[nodiscard]] const TerrainCamera& camera() const { return camera_; }
+  /// Range up to which low obstacles and edges are found.
+  [[nodiscard]] float judged_m() const { return judged_rings_ > 0 ? rings_.end_m(judged_rings_ - 1) : 0; }
+  /// Noise of the disparities x m ahead, up to judged_m().
+  [[nodiscard]] float sigma_px(float x) const {
+    const int ring{rings_.at_disparity(camera_.focal_baseline_pxm / x)};
+    return sigma_px_[static_cast<std::size_t>(std::max(ring, 0))];
+  }
   [[nodiscard]] Relief<Host> relief() const { return relief_.view(); }
   [[nodiscard]] std::size_t memory_bytes() const;
 

@@ -118,9 +118,7 @@ void Walk::set_steep(float z) {
 }
 
 void Walk::set_obstacle(const RingSamples& samples) {
-  const float top_m{std::max(samples.top, state_.z)};
-  const bool is_low{top_m - state_.elevation(view_.x) < in_.limits.rays_from_m};
-  cells_[ring_] = {top_m, 0, TerrainClass::obstacle, false, is_low};
+  cells_[ring_] = {std::max(samples.top, state_.z), 0, TerrainClass::obstacle};
   state_.is_alive = false;
   state_.is_blocked = true;
   walk_.blocked = ring_;

@@ -20,7 +20,6 @@ struct PolarCell {
   float slope{0};                                              ///< slope of the ground, tangent
   TerrainClass kind{TerrainClass::unknown};
   bool is_firm{false};  ///< no gap between the footprint and this ground
-  bool is_low{false};   ///< an obstacle too low for rays
 
   [[nodiscard]] bool is_ground() const { return kind == TerrainClass::drivable; }
 };

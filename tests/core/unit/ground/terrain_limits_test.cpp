@@ -95,7 +95,7 @@ TEST(CellRules, BoundTheObservedOccupancy) {
   expect(CellRule::not_free, 0.9f, 0.9f);
   expect(CellRule::free, 0.1f, 0.1f);
   expect(CellRule::free, 0.9f, 0.2f);
-  for (const CellRule rule : {CellRule::low_obstacle, CellRule::obstacle, CellRule::edge}) {
+  for (const CellRule rule : {CellRule::obstacle, CellRule::edge}) {
     expect(rule, 0.1f, 0.7f);
     expect(rule, 0.9f, 0.9f);
   }
@@ -178,19 +178,51 @@ TEST(Terrain, HazardsStayUntilGroundIsSeenThere) {
   }
 }
 
-// The vehicle stands in front of a kerb of 0.2 m, which is lower than what rays show.
-TEST(Terrain, TwoOfThreeFramesConfirmALowObstacle) {
-  const Image<float> kerb{disparity_of(car().rig, step(4, 0.2f))};
+// A stone of 0.2 m, which rays do not show, is confirmed by a second frame and outlasts frames that do not see it.
+TEST(Terrain, ALowObstacleIsRemembered) {
+  const auto stone = [](float x, float y) { return x > 4 && x < 4.3f && std::abs(y) < 0.15f ? 0.2f : 0.0f; };
+  const Image<float> seen{disparity_of(car().rig, stone)};
   const Image<float> level{disparity_of(car().rig, ramp(5, 0))};
-  FrameOf frame{step(4, 0.2f)};
-  EXPECT_EQ(frame.rule_at(4.1), CellRule::low_obstacle);
-  EXPECT_EQ(frame.filtered_at(4), 0.5f);
-  frame.see(kerb);
-  EXPECT_EQ(frame.filtered_at(4), 0.7f);
+  FrameOf frame{stone};
+  EXPECT_EQ(frame.rule_at(4.1), CellRule::obstacle);
+  EXPECT_EQ(frame.filtered_at(4.1), 0.5f);
+  frame.see(seen);
+  EXPECT_EQ(frame.filtered_at(4.1), 0.7f);
   frame.see(level);
-  EXPECT_EQ(frame.filtered_at(4), 0.7f) << "one frame misses it";
-  frame.see(level);
-  EXPECT_EQ(frame.filtered_at(4), 0) << "two frames do";
+  EXPECT_EQ(frame.filtered_at(4.1), 0.7f) << "a frame misses it";
+  frame.see(seen);
+  EXPECT_EQ(frame.filtered_at(4.1), 0.7f);
+  frame.pose = {1.1, 0, 0};
+  for (int i{0}; i < 20; ++i) {
+    frame.see(Image<float>{frame.vehicle.rig.width_px, frame.vehicle.rig.height_px});
+    EXPECT_EQ(frame.filtered_at(3.0), 0.7f) << "unseen for frames: " << i;
+  }
+}
+
+TEST(Terrain, ALowObstacleThatIsGoneIsForgotten) {
+  const auto stone = [](float x, float y) { return x > 4 && x < 4.3f && std::abs(y) < 0.15f ? 0.2f : 0.0f; };
+  const Image<float> seen{disparity_of(car().rig, stone)};
+  const Image<float> level{disparity_of(car().rig, ramp(5, 0))};
+  FrameOf frame{stone};
+  for (int i{0}; i < 30; ++i) {
+    frame.see(seen);
+    frame.filtered_at(4.1);
+  }
+  int frames{0};
+  for (; frames < 30; ++frames) {
+    frame.see(level);
+    if (frame.filtered_at(4.1) == 0) break;
+  }
+  EXPECT_GE(frames, 2);
+  EXPECT_LE(frames, 10);
+}
+
+// The plane around a cell follows slopes up to the limit, and their ends.
+TEST(Terrain, SlopesHaveNoLowObstacles) {
+  for (const float degrees : {-4.0f, 5.0f, 10.0f, 15.0f}) {
+    const FrameOf frame{ramp(4, degrees)};
+    for (double x{3}; x < 7; x += 0.2) EXPECT_NE(frame.rule_at(x), CellRule::obstacle) << degrees << " deg, x " << x;
+  }
 }
 
 }  // namespace

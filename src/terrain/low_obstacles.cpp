@@ -1,0 +1,347 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "terrain/low_obstacles.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace stereogrid {
+namespace {
+
+constexpr float none_m{std::numeric_limits<float>::quiet_NaN()};
+constexpr float per_m{4096};             ///< unit of heights
+constexpr float highest_m{7.9f};         ///< heights in that unit have 16 bits
+constexpr int read_columns{128};         ///< columns that are read together
+constexpr float columns_enough{4};       ///< columns of a cell that are read, at least
+constexpr std::int64_t full_weight{64};  ///< weight of a cell that is on the plane
+
+// Shares were chosen on single kinds of terrain, random layouts of seeds 701 to 708, and the recordings.
+
+/// Half the side of the square whose cells the plane goes through, in heights of the vehicle.
+constexpr float plane_reach{0.6f};
+/// The matcher's window lowers small stones of a step's height to this share.
+constexpr float matched_share{0.7f};
+/// Standard deviations of a sample's height that are noise.
+constexpr float sigmas{2.5f};
+
+// Heights in units of what the matcher leaves of a step: bins of their histograms.
+constexpr int bins{112};
+constexpr float bins_per_step{16};
+constexpr float lowest_bin{-2};
+
+// Memory of heights, in the same unit.
+constexpr float kept{0.95f};             ///< share per frame that sees the cell
+constexpr float kept_of_level{0.7f};     ///< share where it sees level ground
+constexpr float level_height{0.4f};      ///< level: lower than that
+constexpr float level_weight{0.1f};      ///< a frame with more weight sees the ground
+constexpr float weight_max{4};           ///< limit per frame: errors of frames are correlated
+constexpr int samples_enough{30};        ///< samples of full weight, for the same reason
+constexpr float prior_weight{0.1f};      ///< weight of level ground before any frame
+constexpr float obstacle_height{0.76f};  ///< least mean height of an obstacle
+constexpr float height_sigma{0.18f};     ///< noise of a height with weight 1
+constexpr int frames_min{2};             ///< wrong matches are mostly in single frames
+
+}  // namespace
+
+void LowObstacles::Moments::add(const Moments& of, std::int64_t times) {
+  n += times * of.n;
+  x += times * of.x;
+  y += times * of.y;
+  xx += times * of.xx;
+  xy += times * of.xy;
+  yy += times * of.yy;
+  z += times * of.z;
+  xz += times * of.xz;
+  yz += times * of.yz;
+}
+
+LowObstacles::LowObstacles(const Rig& level_rig, const TerrainLimits& limits, double cell_m, int window_cells,
+                           int window_px)
+    : limits_{limits},
+      cell_m_{static_cast<float>(cell_m)},
+      cx_px_{static_cast<float>(level_rig.cx_px)},
+      reach_{std::max(2, static_cast<int>(std::lround(plane_reach * limits.height_m / cell_m_)))},
+      lost_rows_{0.5f * static_cast<float>(window_px)},
+      camera_{level_rig, {}},
+      places_{{}, {}, 1},
+      samples_{level_rig.width_px, level_rig.height_px},
+      sample_counts_(static_cast<std::size_t>(level_rig.height_px)),
+      ends_(static_cast<std::size_t>(window_cells) * static_cast<std::size_t>(window_cells)),
+      level_m_{window_cells, window_cells},
+      noise_m_{window_cells, window_cells},
+      moments_{window_cells, window_cells},
+      planes_{window_cells, window_cells},
+      seen_{window_cells, window_cells},
+      memory_{window_cells, window_cells},
+      moved_{window_cells, window_cells} {}
+
+std::span<LowObstacles::Sample> LowObstacles::samples_of(int ix, int iy) {
+  const int cell{iy * memory_.width() + ix};
+  const int begin{cell == 0 ? 0 : ends_[static_cast<std::size_t>(cell) - 1]};
+  return std::span{sorted_}.subspan(static_cast<std::size_t>(begin),
+                                    static_cast<std::size_t>(ends_[static_cast<std::size_t>(cell)] - begin));
+}
+
+// Behind the range at which two rows are a cell apart, cells have gaps. Returns the first row with
+// ground.
+int LowObstacles::begin(const Terrain& terrain, const GridInVehicle& window) {
+  const TerrainCamera& camera{terrain.camera()};
+  camera_ = camera;
+  places_ = CellPlaces{window, {0, 0}, 1};
+  const float sampled_m{std::sqrt(cell_m_ * camera.height_m / camera.tangent_per_v)};
+  const float end_m{std::max(std::min(terrain.judged_m(), sampled_m), cell_m_)};
+  least_px_ = camera.focal_baseline_pxm / end_m;
+  column_step_ = std::max(static_cast<int>(camera.focal_px * cell_m_ / (end_m * columns_enough)), 1);
+  const GridGeometry& grid{window.grid};
+  cos_ = static_cast<float>(window.cos_yaw / grid.cell_size_m);
+  sin_ = static_cast<float>(window.sin_yaw / grid.cell_size_m);
+  origin_east_ = static_cast<float>((-window.cos_yaw * window.x_m - window.sin_yaw * window.y_m - grid.x_min_m) /
+                                    grid.cell_size_m);
+  origin_north_ =
+      static_cast<float>((window.sin_yaw * window.x_m - window.cos_yaw * window.y_m - grid.y_min_m) / grid.cell_size_m);
+  const float row{-limits_.slope - camera.tangent(cx_px_, 0)};
+  return static_cast<int>(std::clamp(row / camera.tangent_per_v, 0.0f, static_cast<float>(samples_.height())));
+}
+
+// Three loops, of which the second one becomes vectors.
+void LowObstacles::read_row(View<const float> obstacle, View<const float> road, int v) {
+  const float* const of_obstacles{obstacle.row(v)};
+  const float* const of_road{road.row(v)};
+  std::array<float, read_columns> columns;
+  std::array<float, read_columns> disparities;
+  std::array<float, read_columns> heights;
+  std::array<float, read_columns> easts;
+  std::array<float, read_columns> norths;
+  Sample* const samples{samples_.row(v)};
+  const int cells{memory_.width()};
+  const TerrainCamera camera{camera_};  // members might change with each store
+  const float most_m{std::min(limits_.height_m, highest_m)};
+  const float tangent{camera.tangent(0, static_cast<float>(v))};
+  const float sin_per_px{sin_ / camera.focal_px};
+  const float cos_per_px{cos_ / camera.focal_px};
+  int count{0};
+  for (int first{0}; first < obstacle.width; first += read_columns * column_step_) {
+    std::size_t read{0};
+    for (int u{first}; u < std::min(first + read_columns * column_step_, obstacle.width); u += column_step_) {
+      const float disparity{std::max(of_obstacles[u], of_road[u])};
+      columns[read] = static_cast<float>(u);
+      disparities[read] = disparity;
+      read += disparity >= least_px_ ? 1 : 0;
+    }
+    for (std::size_t i{0}; i < read; ++i) {
+      const float x{camera.focal_baseline_pxm / disparities[i]};
+      const float left_px{cx_px_ - columns[i]};
+      heights[i] = camera.height_m - (tangent + camera.tangent_per_u * columns[i]) * x;
+      easts[i] = origin_east_ + (cos_ + sin_per_px * left_px) * x;
+      norths[i] = origin_north_ + (cos_per_px * left_px - sin_) * x;
+    }
+    for (std::size_t i{0}; i < read; ++i) {
+      const int ix{static_cast<int>(easts[i])};
+      const int iy{static_cast<int>(norths[i])};
+      const bool is_in_window{easts[i] >= 0 && norths[i] >= 0 && ix < cells && iy < cells};
+      if (!is_in_window || !(std::abs(heights[i]) < most_m)) continue;
+      samples[count++] = {iy * cells + ix, static_cast<std::int16_t>(heights[i] * per_m),
+                          static_cast<std::uint8_t>(256 * (easts[i] - static_cast<float>(ix))),
+                          static_cast<std::uint8_t>(256 * (norths[i] - static_cast<float>(iy)))};
+    }
+  }
+  sample_counts_[static_cast<std::size_t>(v)] = count;
+}
+
+void LowObstacles::sort_samples(int first_row) {
+  std::ranges::fill(ends_, 0);
+  const auto for_samples = [&](const auto& work) {
+    for (int v{first_row}; v < samples_.height(); ++v) {
+      const Sample* const row{samples_.row(v)};
+      for (int i{0}; i < sample_counts_[static_cast<std::size_t>(v)]; ++i) work(row[i]);
+    }
+  };
+  const int cells{memory_.width()};
+  columns_ = rows_ = {cells, 0};
+  for_samples([&](const Sample& sample) { ++ends_[static_cast<std::size_t>(sample.cell)]; });
+  for (int iy{0}; iy < cells; ++iy) {
+    for (int ix{0}; ix < cells; ++ix) {
+      if (ends_[static_cast<std::size_t>(iy * cells + ix)] == 0) continue;
+      columns_ = {std::min(columns_.begin, ix), std::max(columns_.end, ix + 1)};
+      rows_ = {std::min(rows_.begin, iy), iy + 1};
+    }
+  }
+  if (rows_.end == 0) columns_ = rows_ = {0, 0};
+  int begin{0};
+  for (int& end : ends_) begin = (end = std::exchange(begin, begin + end), begin);
+  sorted_.resize(static_cast<std::size_t>(begin));
+  for_samples([&](const Sample& sample) {
+    sorted_[static_cast<std::size_t>(ends_[static_cast<std::size_t>(sample.cell)]++)] = sample;
+  });
+}
+
+void LowObstacles::set_levels(const Terrain& terrain, int iy) {
+  for (int ix{columns_.begin}; ix < columns_.end; ++ix) {
+    const std::span<Sample> samples{samples_of(ix, iy)};
+    level_m_(ix, iy) = none_m;
+    planes_(ix, iy).z = none_m;
+    if (samples.empty()) continue;
+    const auto middle = samples.begin() + static_cast<std::ptrdiff_t>(samples.size() / 2);
+    std::ranges::nth_element(samples, middle, {}, &Sample::z);
+    level_m_(ix, iy) = static_cast<float>(middle->z) / per_m;
+    const float x{places_.x_of(ix, iy)};
+    noise_m_(ix, iy) = camera_.elevation_sigma(camera_.height_m, x, terrain.sigma_px(x));
+  }
+}
+
+// Weights of the cells' levels, and their sums along the row. At first levels near the frame's plane count, then those
+// near the plane of the pass before: cells over it are left out.
+void LowObstacles::sum_along(int iy, int pass) {
+  const auto moments_at = [&](int ix) {
+    const float level{level_m_(ix, iy)};
+    if (std::isnan(level)) return Moments{};
+    const float x{places_.x_of(ix, iy)};
+    float weight{0.02f};
+    if (pass == 0) {
+      const float share{level / (3 * limits_.step_m + 0.15f * x)};
+      weight = 1 / (1 + share * share * share * share);
+    } else {
+      const float over{level - planes_(ix, iy).z};
+      const float tolerance{std::max((pass == 1 ? 1.5f : matched_share) * limits_.step_m, sigmas * noise_m_(ix, iy))};
+      if (over > -2 * tolerance && over < tolerance) weight = 1;
+    }
+    const auto n = static_cast<std::int64_t>(std::lround(weight * static_cast<float>(full_weight)));
+    const auto z = n * static_cast<std::int64_t>(std::lround(level * per_m));
+    return Moments{n, n * ix, n * iy, n * ix * ix, n * ix * iy, n * iy * iy, z, z * ix, z * iy};
+  };
+  std::vector<Moments> moments(static_cast<std::size_t>(columns_.end - columns_.begin));
+  const auto at = [&](int ix) -> Moments& { return moments[static_cast<std::size_t>(ix - columns_.begin)]; };
+  Moments sum{};
+  for (int ix{columns_.begin}; ix < columns_.end + reach_; ++ix) {
+    const int removed{ix - 2 * reach_ - 1};
+    if (removed >= columns_.begin) sum.add(at(removed), -1);
+    if (ix < columns_.end) sum.add(at(ix) = moments_at(ix), 1);
+    const int middle{ix - reach_};
+    if (middle >= columns_.begin) moments_(middle, iy) = sum;
+  }
+}
+
+void LowObstacles::fit_planes() {
+  std::vector<Moments> sums(static_cast<std::size_t>(columns_.end), Moments{});
+  for (int iy{rows_.begin - reach_}; iy < rows_.end; ++iy) {
+    const int added{iy + reach_};
+    const int removed{iy - reach_ - 1};
+    for (int ix{columns_.begin}; ix < columns_.end; ++ix) {
+      Moments& sum{sums[static_cast<std::size_t>(ix)]};
+      if (added >= rows_.begin && added < rows_.end) sum.add(moments_(ix, added), 1);
+      if (removed >= rows_.begin) sum.add(moments_(ix, removed), -1);
+      if (iy < rows_.begin) continue;
+      Plane& plane{planes_(ix, iy)};
+      plane = {none_m, 0, 0};
+      if (sum.n < 3 * full_weight || std::isnan(level_m_(ix, iy))) continue;
+      const auto n = static_cast<double>(sum.n);
+      const double x{static_cast<double>(sum.x) / n};
+      const double y{static_cast<double>(sum.y) / n};
+      const double z{static_cast<double>(sum.z) / n};
+      const double xx{static_cast<double>(sum.xx) - n * x * x};
+      const double xy{static_cast<double>(sum.xy) - n * x * y};
+      const double yy{static_cast<double>(sum.yy) - n * y * y};
+      const double xz{static_cast<double>(sum.xz) - n * x * z};
+      const double yz{static_cast<double>(sum.yz) - n * y * z};
+      const double det{xx * yy - xy * xy};
+      double east{0};
+      double north{0};
+      if (det > 0.05 * xx * yy && xx > n && yy > n) {
+        east = (xz * yy - yz * xy) / det;
+        north = (yz * xx - xz * xy) / det;
+      }
+      const double here{z + east * (ix - x) + north * (iy - y)};
+      plane = {static_cast<float>(here / per_m), static_cast<float>(east / per_m), static_cast<float>(north / per_m)};
+    }
+  }
+}
+
+// Heights over the plane at the samples' own places.
+void LowObstacles::compare(int iy) {
+  const float step_m{limits_.step_m};
+  for (int ix{columns_.begin}; ix < columns_.end; ++ix) {
+    Seen& seen{seen_(ix, iy)};
+    seen = {};
+    const Plane plane{planes_(ix, iy)};
+    const std::span<const Sample> samples{samples_of(ix, iy)};
+    if (std::isnan(plane.z) || samples.empty()) continue;
+    const float x{places_.x_of(ix, iy)};
+    const float noise{noise_m_(ix, iy)};
+    const float slope{std::min(std::hypot(plane.east, plane.north) / cell_m_, limits_.slope)};
+    const float range_noise{noise * x / camera_.height_m};
+    const float row_m{camera_.tangent_per_v * x};
+    const float matched_m{std::max(matched_share * step_m, step_m - lost_rows_ * row_m)};
+    const float least{std::max({matched_m, sigmas * noise, 2 * slope * range_noise})};
+    const float east_m{plane.east / 256};
+    const float north_m{plane.north / 256};
+    const float middle_m{plane.z - 127.5f * (east_m + north_m)};
+    std::array<int, bins> histogram{};
+    int high{0};
+    int tall{0};
+    for (const Sample& sample : samples) {
+      const float height{static_cast<float>(sample.z) / per_m - middle_m -
+                         (east_m * static_cast<float>(sample.east) + north_m * static_cast<float>(sample.north))};
+      high += height > least ? 1 : 0;
+      tall += height > limits_.rays_from_m ? 1 : 0;
+      ++histogram[static_cast<std::size_t>(
+          std::clamp((height / matched_m - lowest_bin) * bins_per_step, 0.0f, static_cast<float>(bins - 1)))];
+    }
+    int bin{bins - 1};
+    for (int above{histogram[bins - 1]}; 10 * above < static_cast<int>(samples.size());)
+      above += histogram[static_cast<std::size_t>(--bin)];
+    const float fewest{std::max(3.0f, 0.1f * step_m * cell_m_ / (row_m * row_m * static_cast<float>(column_step_)))};
+    seen = {static_cast<std::int16_t>(std::min(static_cast<int>(samples.size()), samples_enough)),
+            static_cast<float>(high) >= fewest, tall >= 2, false,
+            lowest_bin + (static_cast<float>(bin) + 0.5f) / bins_per_step};
+  }
+}
+
+// Rays and the filter decide about tall things and the cells beside them, into which the matcher's window smears them.
+void LowObstacles::leave_tall_obstacles() {
+  for (int iy{rows_.begin}; iy < rows_.end; ++iy) {
+    for (int ix{columns_.begin}; ix < columns_.end; ++ix) {
+      if (!seen_(ix, iy).is_tall) continue;
+      for (int y{std::max(iy - 1, rows_.begin)}; y < std::min(iy + 2, rows_.end); ++y) {
+        for (int x{std::max(ix - 1, columns_.begin)}; x < std::min(ix + 2, columns_.end); ++x) {
+          seen_(x, y).is_beside_tall = true;
+          seen_(x, y).is_high = false;
+        }
+      }
+    }
+  }
+}
+
+void LowObstacles::remember() {
+  for (int iy{rows_.begin}; iy < rows_.end; ++iy) {
+    for (int ix{columns_.begin}; ix < columns_.end; ++ix) {
+      Height& height{memory_(ix, iy)};
+      if (seen_(ix, iy).count == 0) continue;
+      height.weight *= kept;
+      height.weighted *= kept;
+      const Seen& seen{seen_(ix, iy)};
+      if (seen.is_beside_tall) {
+        height = {};
+        continue;
+      }
+      const float sigma{limits_.step_m / 8 / noise_m_(ix, iy)};
+      const float weight{std::min(sigma * sigma, weight_max) * static_cast<float>(seen.count) / samples_enough};
+      if (seen.height < level_height && weight > level_weight) {
+        height.weight *= kept_of_level;
+        height.weighted *= kept_of_level;
+      }
+      if (seen.height > obstacle_height) height.frames = std::min(height.frames + 1, frames_min);
+      height.weight += weight;
+      height.weighted += weight * seen.height;
+    }
+  }
+}
+
+bool LowObstacles::is_obstacle(const Height& height) const {
+  const float weight{height.weight + prior_weight};
+  return height.frames == frames_min && height.weighted / weight > obstacle_height + height_sigma / std::sqrt(weight);
+}
+
+}  // namespace stereogrid
