@@ -24,25 +24,26 @@ constexpr std::int64_t full_weight{64};  ///< weight of a cell that is on the pl
 constexpr float plane_reach{0.6f};
 /// The matcher's window lowers small stones of a step's height to this share.
 constexpr float matched_share{0.7f};
+constexpr float matched_mean{0.53f};  ///< the same of its mean over frames
 /// Standard deviations of a sample's height that are noise.
 constexpr float sigmas{2.5f};
 
 // Heights in units of what the matcher leaves of a step: bins of their histograms.
-constexpr int bins{112};
+constexpr int bins{128};
 constexpr float bins_per_step{16};
 constexpr float lowest_bin{-2};
 
 // Memory of heights, in the same unit.
-constexpr float kept{0.95f};             ///< share per frame that sees the cell
-constexpr float kept_of_level{0.7f};     ///< share where it sees level ground
-constexpr float level_height{0.4f};      ///< level: lower than that
-constexpr float level_weight{0.1f};      ///< a frame with more weight sees the ground
-constexpr float weight_max{4};           ///< limit per frame: errors of frames are correlated
-constexpr int samples_enough{30};        ///< samples of full weight, for the same reason
-constexpr float prior_weight{0.1f};      ///< weight of level ground before any frame
-constexpr float obstacle_height{0.76f};  ///< least mean height of an obstacle
-constexpr float height_sigma{0.18f};     ///< noise of a height with weight 1
-constexpr int frames_min{2};             ///< wrong matches are mostly in single frames
+constexpr float kept{0.95f};          ///< share per frame that sees the cell
+constexpr float kept_of_level{0.7f};  ///< share where it sees level ground
+constexpr float level_height{0.55f};  ///< level: lower than that
+constexpr float level_weight{0.1f};   ///< a frame with more weight sees the ground
+constexpr float weight_max{4};        ///< limit per frame: errors of frames are correlated
+constexpr int samples_enough{30};     ///< samples of full weight, for the same reason
+constexpr float prior_weight{0.1f};   ///< weight of level ground before any frame
+constexpr float obstacle_height{1};   ///< least mean height of an obstacle
+constexpr float height_sigma{0.24f};  ///< noise of a height with weight 1
+constexpr int frames_min{2};          ///< wrong matches are mostly in single frames
 
 }  // namespace
 
@@ -273,8 +274,9 @@ void LowObstacles::compare(int iy) {
     const float slope{std::min(std::hypot(plane.east, plane.north) / cell_m_, limits_.slope)};
     const float range_noise{noise * x / camera_.height_m};
     const float row_m{camera_.tangent_per_v * x};
-    const float matched_m{std::max(matched_share * step_m, step_m - lost_rows_ * row_m)};
-    const float least{std::max({matched_m, sigmas * noise, 2 * slope * range_noise})};
+    const float of_face_m{step_m - lost_rows_ * row_m};
+    const float matched_m{std::max(matched_mean * step_m, of_face_m)};
+    const float least{std::max({matched_share * step_m, of_face_m, sigmas * noise, 2 * slope * range_noise})};
     const float east_m{plane.east / 256};
     const float north_m{plane.north / 256};
     const float middle_m{plane.z - 127.5f * (east_m + north_m)};
