@@ -40,6 +40,8 @@ constexpr Key keys[]{
      [](SceneOptions& o, double x) { o.camera_height_m = x; }},
     {"pitch_deg", -30, 30, [](const SceneOptions& o) { return o.camera_pitch_rad / degree; },
      [](SceneOptions& o, double x) { o.camera_pitch_rad = x * degree; }},
+    {"roll_deg", -180, 180, [](const SceneOptions& o) { return o.camera_roll_rad / degree; },
+     [](SceneOptions& o, double x) { o.camera_roll_rad = x * degree; }},
     {"rate", 0.1, 1000, [](const SceneOptions& o) { return o.rate_hz; },
      [](SceneOptions& o, double x) { o.rate_hz = x; }},
     {"noise", 0, 60, [](const SceneOptions& o) { return o.noise_grey; },

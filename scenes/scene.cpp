@@ -27,6 +27,7 @@ Rig rig_of(const SceneOptions& options) {
   rig.baseline_m = options.baseline_m;
   rig.camera_height_m = options.camera_height_m;
   rig.camera_pitch_rad = options.camera_pitch_rad;
+  rig.camera_roll_rad = options.camera_roll_rad;
   return rig;
 }
 

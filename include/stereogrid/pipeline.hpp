@@ -79,7 +79,8 @@ class STEREOGRID_EXPORT Pipeline {
   ///
   /// Ground that contradicts the extrinsics makes a frame FrameStatus::road_unknown. Without
   /// PipelineOptions::extrinsics_given the extrinsics are estimated: 0.12 to 4.5 m above the ground, pitch −12° to 45°,
-  /// roll up to ±12°. Until a frame determines them, or three agree, frames are road_unknown. That frame is processed
+  /// roll up to ±12°. A larger roll is named in a warning. Until a frame determines them, or three agree, frames are
+  /// road_unknown. That frame is processed
   /// with them and has a warning with the estimate, and next_rig() returns the rig with it. Extrinsics that three
   /// frames have confirmed are replaced only after the vehicle has travelled four camera heights over ground that
   /// another plane explains better. A replacement allocates all stages again. Disabled without ground.estimate.

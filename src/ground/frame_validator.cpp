@@ -181,7 +181,8 @@ void report(const Rejection& rejection, FrameResult& result) {
         "the ground in the vehicle's path falls away (an edge, stairs or a slope down): the grid is unknown.");
   } else if (rejection == Rejection::ground_not_found) {
     add(FrameStatus::road_unknown,
-        "the ground is not found yet: the grid is unknown. Show more of it, or give mount in the calibration.");
+        "the ground is not found yet: the grid is unknown. It may be out of view, wet, without texture, or nearer than "
+        "matching.disparities reach. Show more of it, or give mount in the calibration.");
   } else if (rejection == Rejection::road_not_seen) {
     add(FrameStatus::road_unknown,
         "the road has not been visible for more than 3 s: the grid is unknown. If the road is in view, correct mount "
@@ -204,6 +205,32 @@ void report_disagreement(const Rig& level_rig, double turned_rad, const Ground& 
       level_rig.camera_height_m, degrees(level_rig.camera_pitch_rad + turned_rad), degrees(level_rig.camera_roll_rad),
       seen.height_m, degrees(seen.pitch_rad), degrees(seen.roll_rad));
   result.add(FrameStatus::extrinsics_disagree, text.data());
+}
+
+void report_roll(const Ground& seen, FrameResult& result) {
+  constexpr double supported_deg{45};  // largest roll of a calibration
+  const double roll_deg{std::round(seen.roll_rad * 180 / std::numbers::pi)};
+  std::array<char, 400> text{};
+  if (std::abs(roll_deg) > 180 - supported_deg) {
+    std::snprintf(text.data(), text.size(),
+                  "the images are upside down (a roll of %.0f°): the grid is unknown. Turn both by 180° and exchange "
+                  "left and right.",
+                  std::abs(roll_deg));
+  } else if (std::abs(roll_deg) > supported_deg) {
+    std::snprintf(
+        text.data(), text.size(),
+        "the ground in view is that of a camera rolled by %.0f°: the grid is unknown. Mount the pair with its "
+        "baseline level; images turned by 90° do not match.",
+        roll_deg);
+  } else {
+    std::snprintf(
+        text.data(), text.size(),
+        "the camera is rolled by %.0f°, and extrinsics are estimated up to 12°: the grid is unknown. Mount the "
+        "pair with its baseline level, or give mount: {camera_height_m: %.3f, camera_pitch_rad: %.4f, "
+        "camera_roll_rad: %.4f} in the calibration. Grids of such a camera are poorer.",
+        roll_deg, seen.height_m, seen.pitch_rad, seen.roll_rad);
+  }
+  result.add(FrameStatus::road_unknown, text.data());
 }
 
 void set_unknown(StageImages& stages) {

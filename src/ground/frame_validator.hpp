@@ -25,7 +25,16 @@ struct MatchedFrame {
 
 /// Reason to reject the matches and the road plane of a frame, and the exposure of its images.
 struct Rejection {
-  enum Reason { none, few_matches, identical_images, plane_contradicted, ground_not_found, road_not_seen, falls_away };
+  enum Reason {
+    none,
+    few_matches,
+    identical_images,
+    plane_contradicted,
+    ground_not_found,
+    camera_rolled,
+    road_not_seen,
+    falls_away
+  };
 
   // NOLINTNEXTLINE(google-explicit-constructor): a reason alone has equal exposures
   Rejection(Reason given = none) : reason{given} {}
@@ -82,6 +91,9 @@ void report(const Rejection& rejection, FrameResult& result);
 /// Adds extrinsics_disagree with a warning: the extrinsics of `level_rig`, which stay, and the plane that contradicts
 /// them. `turned_rad`: see GroundEstimator.
 void report_disagreement(const Rig& level_rig, double turned_rad, const Ground& plane, FrameResult& result);
+
+/// Adds road_unknown with a warning for Rejection::camera_rolled. `seen`: ground that is in view.
+void report_roll(const Ground& seen, FrameResult& result);
 
 /// Sets the stages that depend on the road to unknown: no bin is visible, occupancy is 0.5. The disparity images stay.
 void set_unknown(StageImages& stages);

@@ -210,16 +210,42 @@ bool GroundEstimator::has_margin(const PlaneSamples& samples, const std::vector<
 
 GroundFit GroundEstimator::searched(GroundWorkspace& space) const {
   GroundFit fit;
-  search_planes(rig_, space.samples, turned_rad_, space.search);
+  search_planes(rig_, space.samples, {turned_rad_}, space.search);
   const std::vector<FittedPlane>& planes{space.search.found};
-  if (planes.empty()) return fit;
-  const std::size_t best{best_of(space.samples, planes)};
-  const bool is_clear{has_shape_of_ground(planes[best]) && has_margin(space.samples, planes, best)};
-  fit.plane = rounded(planes[best].ground);
-  fit.support = planes[best].support;
-  fit.is_sound = is_clear && planes[best].total >= sound_nats;
-  fit.is_candidate = is_clear && planes[best].total >= candidate_nats;
+  double total{0};
+  if (!planes.empty()) {
+    const std::size_t best{best_of(space.samples, planes)};
+    const bool is_clear{has_shape_of_ground(planes[best]) && has_margin(space.samples, planes, best)};
+    total = is_clear ? planes[best].total : 0;
+    fit.plane = rounded(planes[best].ground);
+    fit.support = planes[best].support;
+  }
+  fit.rolled = rolled(total, space);
+  fit.is_sound = !fit.rolled && total >= sound_nats;
+  fit.is_candidate = !fit.rolled && total >= candidate_nats;
   return fit;
+}
+
+// Sound plane of a camera that is tilted, sideways or upside down. Each of them needs three times the evidence of those
+// before: walls beside an upright camera have up to 2.1 times that of its ground, the ground of a rolled camera has 4.3
+// times that of walls, or more.
+std::optional<Ground> GroundEstimator::rolled(double upright_nats, GroundWorkspace& space) const {
+  constexpr double clearly{3};
+  std::optional<Ground> ground;
+  double most_nats{std::max(clearly * upright_nats, sound_nats)};
+  const auto add = [&](int quarters) {
+    search_rolled_planes(rig_, space.samples, turned_rad_, quarters, space.search);
+    for (const FittedPlane& plane : space.search.found) {
+      const bool is_upright{std::abs(plane.ground.roll_rad) < SearchBounds{}.roll_max_rad};
+      if (is_upright || !is_sound(plane) || plane.total <= most_nats) continue;
+      most_nats = plane.total;
+      ground = rounded(plane.ground);
+    }
+  };
+  add(0);
+  if (ground) most_nats *= clearly;
+  for (const int quarters : {1, 2, 3}) add(quarters);
+  return ground;
 }
 
 // Compares the plane in use with those of a search.
@@ -229,7 +255,7 @@ void GroundEstimator::compare(const GroundState& state, GroundWorkspace& space, 
   const bool is_below{fit.support.below >= tracked_below_max * fit.support.on};
   const bool was_seen{state.agreeing > 0};
   fit.is_contradicted = !is_measured && !was_seen && is_below && fit.support.below >= samples_below_min;
-  search_planes(rig_, samples, turned_rad_, space.search);
+  search_planes(rig_, samples, {turned_rad_}, space.search);
   const std::vector<FittedPlane>& planes{space.search.found};
   if (planes.empty()) return;
   const FittedPlane& other{planes[best_of(samples, planes)]};
@@ -297,7 +323,7 @@ bool GroundEstimator::is_far_from(const Ground& before, const Ground& plane, con
 
 Rejection::Reason GroundEstimator::reason_to_reject(const GroundState& state, const GroundFit& fit, double dt_s) const {
   if (!config_.estimate) return Rejection::none;
-  if (state.mode == GroundMode::assumed) return Rejection::ground_not_found;
+  if (state.mode == GroundMode::assumed) return fit.rolled ? Rejection::camera_rolled : Rejection::ground_not_found;
   if (fit.plane.estimated) return Rejection::none;
   if (fit.is_contradicted) return Rejection::plane_contradicted;
   return state.unmeasured_s + dt_s > coasting_max_s ? Rejection::road_not_seen : Rejection::none;

@@ -16,6 +16,7 @@ struct GroundFit {
   Ground plane;                       ///< `estimated`: measured in this frame; else the extrinsics
   bool is_sound{false};               ///< `assumed`: the plane is known from this frame alone
   bool is_candidate{false};           ///< `assumed`: frames that agree on it determine the plane
+  std::optional<Ground> rolled;       ///< `assumed`: the view is that of a camera rolled by more than a search covers
   bool is_contradicted{false};        ///< the plane is not in view, and the view contradicts it
   PlaneSupport support;               ///< evidence of `plane`
   std::optional<Ground> disagreeing;  ///< sound plane with clearly more evidence, and no slope; extrinsics stay
@@ -73,6 +74,7 @@ class GroundEstimator {
 
  private:
   [[nodiscard]] GroundFit searched(GroundWorkspace& space) const;
+  [[nodiscard]] std::optional<Ground> rolled(double upright_nats, GroundWorkspace& space) const;
   [[nodiscard]] std::optional<Ground> measured(const Ground& expected, const PlaneSamples& samples,
                                                PlaneSupport& support) const;
   [[nodiscard]] GroundFit tracked(const GroundState& state, const Ground& expected, const PlaneSamples& samples) const;

@@ -12,9 +12,9 @@
 namespace stereogrid {
 namespace {
 
-constexpr std::size_t hypotheses{1500};
-constexpr std::size_t draws_max{6 * hypotheses};  // most draws on walls and skies are no ground
-constexpr double drawn_share{0.7};                // share of the samples, from the lowest row up
+constexpr std::size_t hypotheses_max{1500};
+constexpr std::size_t draws_per_hypothesis{6};  // most draws on walls and skies are no ground
+constexpr double drawn_share{0.7};              // share of the samples, from the lowest row up
 constexpr std::size_t few_samples{250};
 constexpr std::size_t some_samples{1000};
 constexpr std::size_t rated_again{200};      // hypotheses that `few` rates best
@@ -111,7 +111,7 @@ bool is_new(const std::vector<FittedPlane>& found, const PlaneHypothesis& plane,
 }
 
 // Refines the best hypotheses of distinct planes, until `most` have been found.
-void refine_best(const Rig& rig, const PlaneSamples& samples, const PlanePrior& prior, double turned_rad,
+void refine_best(const Rig& rig, const PlaneSamples& samples, const PlanePrior& prior, const SearchBounds& bounds,
                  std::size_t most, PlaneSearchWorkspace& space) {
   for (const PlaneSearchWorkspace::Scored& one : space.scored) {
     if (space.found.size() >= most || space.tried.size() >= tried_max) return;
@@ -121,22 +121,23 @@ void refine_best(const Rig& rig, const PlaneSamples& samples, const PlanePrior& 
     space.tried.push_back(hypothesis);
     const std::optional<RefinedPlane> plane{
         refined_plane(rig, space.some, prior, {one.plane, samples.noise_px}, refining_rounds, space.some.weight)};
-    if (!plane || !is_searched(ground_of(rig, plane->plane), turned_rad)) continue;
+    if (!plane || !is_within(ground_of(rig, plane->plane), bounds)) continue;
     const FittedPlane fitted{fitted_plane(rig, space.some, prior, *plane, space.some.weight)};
     if (is_new(space.found, fitted.hypothesis, samples)) space.found.push_back(fitted);
   }
 }
 
-void draw(const Rig& rig, const PlaneSamples& samples, double turned_rad, Generator& generator,
+void draw(const Rig& rig, const PlaneSamples& samples, const SearchBounds& bounds, Generator& generator,
           std::vector<PlaneSearchWorkspace::Scored>& scored) {
   const std::size_t first{static_cast<std::size_t>((1 - drawn_share) * static_cast<double>(samples.size()))};
   const std::size_t count{samples.size() - first};
   scored.clear();
-  for (std::size_t round{0}; round < draws_max && scored.size() < hypotheses; ++round) {
+  for (std::size_t round{0}; round < draws_per_hypothesis * bounds.hypotheses && scored.size() < bounds.hypotheses;
+       ++round) {
     const std::size_t at[3]{first + generator.below(count), first + generator.below(count),
                             first + generator.below(count)};
     RoadPlane plane{0, 0, 0, rig.cx_px, rig.cy_px};
-    if (!put_through(samples, at, round % 2 == 1, plane) || !is_searched(ground_of(rig, plane), turned_rad)) continue;
+    if (!put_through(samples, at, round % 2 == 1, plane) || !is_within(ground_of(rig, plane), bounds)) continue;
     scored.push_back({0, 0, plane});
   }
 }
@@ -150,27 +151,30 @@ double PlanePrior::log_density(const Ground& ground) const {
   return -0.5 * (from[0] * pull[0] + from[1] * pull[1] + from[2] * pull[2]);
 }
 
-PlanePrior any_extrinsics_prior(double turned_rad) {
+PlanePrior any_extrinsics_prior(const SearchBounds& bounds) {
   constexpr double pitch{radians(8)};
   constexpr double pitch_sigma{radians(16)};
-  constexpr double roll_sigma{radians(3)};
-  return {{0, pitch - turned_rad, 0}, diagonal({{0, 1 / (pitch_sigma * pitch_sigma), 1 / (roll_sigma * roll_sigma)}})};
+  const double roll_sigma{bounds.roll_sigma_rad};
+  return {{0, pitch - bounds.turned_rad, 0},
+          diagonal({{0, 1 / (pitch_sigma * pitch_sigma), 1 / (roll_sigma * roll_sigma)}})};
 }
 
 PlanePrior prior_of(const Ground& ground) {
   return {ground, inverse(covariance_of(ground))};
 }
 
-bool is_searched(const Ground& ground, double turned_rad) {
-  const double pitch{ground.pitch_rad + turned_rad};
+bool is_within(const Ground& ground, const SearchBounds& bounds) {
+  const double pitch{ground.pitch_rad + bounds.turned_rad};
   return ground.height_m >= 0.12 && ground.height_m <= 4.5 && pitch >= radians(-12) && pitch <= radians(45) &&
-         std::abs(ground.roll_rad) < radians(12);
+         std::abs(ground.roll_rad) < bounds.roll_max_rad;
 }
 
 void PlaneSearchWorkspace::reserve(std::size_t samples) {
+  turned.reserve(samples);
+  order.reserve(samples);
   few.reserve(std::min(samples, 2 * few_samples));
   some.reserve(std::min(samples, 2 * some_samples));
-  scored.reserve(hypotheses);
+  scored.reserve(hypotheses_max);
   tried.reserve(tried_max);
   found.reserve(distinct_max);
 }
@@ -234,15 +238,16 @@ FittedPlane fitted_plane(const Rig& rig, const PlaneSamples& samples, const Plan
   return fitted;
 }
 
-void search_planes(const Rig& rig, const PlaneSamples& samples, double turned_rad, PlaneSearchWorkspace& space) {
+void search_planes(const Rig& rig, const PlaneSamples& samples, const SearchBounds& bounds,
+                   PlaneSearchWorkspace& space) {
   space.found.clear();
   space.tried.clear();
   if (samples.size() < static_cast<std::size_t>(ground_samples_min)) return;
-  const PlanePrior prior{any_extrinsics_prior(turned_rad)};
+  const PlanePrior prior{any_extrinsics_prior(bounds)};
   Generator generator;
   thin(samples, few_samples, generator, space.few);
   thin(samples, some_samples, generator, space.some);
-  draw(rig, samples, turned_rad, generator, space.scored);
+  draw(rig, samples, bounds, generator, space.scored);
   using Scored = PlaneSearchWorkspace::Scored;
   rate(rig, space.few, prior, space.scored);
   sort_by(&Scored::score, space.scored);
@@ -251,9 +256,9 @@ void search_planes(const Rig& rig, const PlaneSamples& samples, double turned_ra
   space.scored.resize(std::min(space.scored.size(), rated_again + rated_again_near));
   rate(rig, space.some, prior, space.scored);
   sort_by(&Scored::score, space.scored);
-  refine_best(rig, samples, prior, turned_rad, distinct_by_all, space);
+  refine_best(rig, samples, prior, bounds, distinct_by_all, space);
   sort_by(&Scored::near, space.scored);  // slopes and stairs ahead may have more of all
-  refine_best(rig, samples, prior, turned_rad, distinct_max, space);
+  refine_best(rig, samples, prior, bounds, distinct_max, space);
   const auto by_total = [](const FittedPlane& a, const FittedPlane& b) { return a.total > b.total; };
   std::ranges::stable_sort(space.found, by_total);
   space.found.resize(std::min(space.found.size(), finalists));
@@ -262,7 +267,50 @@ void search_planes(const Rig& rig, const PlaneSamples& samples, double turned_ra
     const auto refined{refined_plane(rig, samples, prior, start, final_rounds, samples.weight)};
     one = fitted_plane(rig, samples, prior, refined.value_or(start), samples.weight);
   }
+  std::erase_if(space.found, [&](const FittedPlane& one) { return !is_within(one.ground, bounds); });
   std::ranges::stable_sort(space.found, by_total);
+}
+
+namespace {
+
+// Samples of the images turned by `quarters` of 90°, clockwise, in the order of their new rows.
+void turn(const PlaneSamples& from, int quarters, float first_y, std::vector<std::size_t>& order, PlaneSamples& to) {
+  const float cosine[4]{1, 0, -1, 0};
+  const float sine[4]{0, 1, 0, -1};
+  const float c{cosine[quarters]};
+  const float s{sine[quarters]};
+  const auto x_of = [&](float x, float y) { return c * x - s * y; };
+  const auto y_of = [&](float x, float y) { return s * x + c * y; };
+  to.clear();
+  order.clear();
+  for (std::size_t i{0}; i < from.size(); ++i) order.push_back(i);
+  const auto row_of = [&](std::size_t i) { return y_of(from.x[i], from.y[i]); };
+  std::ranges::sort(
+      order, [&](std::size_t a, std::size_t b) { return row_of(a) != row_of(b) ? row_of(a) < row_of(b) : a < b; });
+  for (const std::size_t i : order) {
+    to.x.push_back(x_of(from.x[i], from.y[i]));
+    to.y.push_back(y_of(from.x[i], from.y[i]));
+    to.disparity.push_back(from.disparity[i]);
+    to.weight.push_back(from.weight[i]);
+  }
+  to.fit_weight = to.weight;
+  to.first_x = std::min(x_of(from.first_x, first_y), x_of(from.last_x, from.last_y));
+  to.last_x = std::max(x_of(from.first_x, first_y), x_of(from.last_x, from.last_y));
+  to.last_y = std::max(y_of(from.first_x, first_y), y_of(from.last_x, from.last_y));
+  to.disparities = from.disparities;
+  to.noise_px = from.noise_px;
+}
+
+}  // namespace
+
+void search_rolled_planes(const Rig& rig, const PlaneSamples& samples, double turned_rad, int quarters,
+                          PlaneSearchWorkspace& space) {
+  constexpr std::size_t hypotheses{500};  // the ground of a rolled camera is reported, not used
+  turn(samples, quarters, static_cast<float>(-rig.cy_px), space.order, space.turned);
+  search_planes(rig, space.turned, {turned_rad, radians(30), radians(48), hypotheses}, space);
+  for (FittedPlane& plane : space.found) {
+    plane.ground.roll_rad = std::remainder(plane.ground.roll_rad + radians(90) * quarters, radians(360));
+  }
 }
 
 }  // namespace stereogrid

@@ -19,14 +19,20 @@ struct PlanePrior {
   [[nodiscard]] double log_density(const Ground& ground) const;
 };
 
-/// Prior of a camera whose extrinsics are unknown. `turned_rad`: pitch of the camera relative to the levelled images,
-/// positive downwards.
-PlanePrior any_extrinsics_prior(double turned_rad);
+/// Cameras whose ground is searched: height 0.12 … 4.5 m, pitch −12 … 45°, and a limited roll.
+struct SearchBounds {
+  double turned_rad{0};  ///< pitch of the camera relative to the levelled images, positive downwards
+  double roll_sigma_rad{radians(3)};
+  double roll_max_rad{radians(12)};
+  std::size_t hypotheses{1500};
+};
+
+/// Prior of a camera whose extrinsics are unknown.
+PlanePrior any_extrinsics_prior(const SearchBounds& bounds);
 /// Prior with the mean and covariance of `ground`.
 PlanePrior prior_of(const Ground& ground);
 
-/// True within the bounds of a search: height 0.12 … 4.5 m, pitch of the camera −12 … 45°, roll up to 12°.
-bool is_searched(const Ground& ground, double turned_rad);
+bool is_within(const Ground& ground, const SearchBounds& bounds);
 
 /// A plane fitted to the samples of a frame.
 struct FittedPlane {
@@ -49,10 +55,14 @@ struct PlaneSearchWorkspace {
   };
 
   void reserve(std::size_t samples);
-  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(few, some, scored, tried, found); }
+  [[nodiscard]] std::size_t memory_bytes() const {
+    return memory_bytes_of(few, some, turned, order, scored, tried, found);
+  }
 
-  PlaneSamples few;   ///< rate every hypothesis
-  PlaneSamples some;  ///< rate and refine the best ones
+  PlaneSamples few;                ///< rate every hypothesis
+  PlaneSamples some;               ///< rate and refine the best ones
+  PlaneSamples turned;             ///< samples of turned images
+  std::vector<std::size_t> order;  ///< their order by row
   std::vector<Scored> scored;
   std::vector<PlaneHypothesis> tried;  ///< distinct hypotheses that have been refined
   std::vector<FittedPlane> found;
@@ -75,6 +85,12 @@ FittedPlane fitted_plane(const Rig& rig, const PlaneSamples& samples, const Plan
 
 /// The most likely distinct planes in `space.found`, best first: hypotheses through two or three samples, of which the
 /// best are refined. The same samples give the same planes.
-void search_planes(const Rig& rig, const PlaneSamples& samples, double turned_rad, PlaneSearchWorkspace& space);
+void search_planes(const Rig& rig, const PlaneSamples& samples, const SearchBounds& bounds,
+                   PlaneSearchWorkspace& space);
+
+/// The same for a camera with a roll within 48° of `quarters` of 90°. FittedPlane::ground is relative to the camera,
+/// the other members to images turned by these quarters.
+void search_rolled_planes(const Rig& rig, const PlaneSamples& samples, double turned_rad, int quarters,
+                          PlaneSearchWorkspace& space);
 
 }  // namespace stereogrid

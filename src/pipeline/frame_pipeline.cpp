@@ -194,6 +194,7 @@ void FramePipeline::publish(const LevelFrame& frame, const GroundFit& ground, co
   result.ground = ground.matched_on();
   result.ground.estimated = ground.plane.estimated && is_usable;
   report(rejection, result);
+  if (rejection == Rejection::camera_rolled) report_roll(seen_from(*ground.rolled, turned_rad_), result);
   if (ground.disagreeing) report_disagreement(rig_, turned_rad_, *ground.disagreeing, result);
   if (!is_usable) {
     set_unknown(result.stages);

@@ -22,7 +22,7 @@ std::string complaint(const std::string& text) {
 TEST(ParseScene, ReadsEveryKey) {
   const SceneOptions options{
       parse_scene("scene:street?frames=12&seed=18446744073709551615&width=1242&height=375&focal=700.5&baseline=0.5&"
-                  "camera_height=1.5&pitch_deg=3&rate=20&noise=0&gain=0.9")};
+                  "camera_height=1.5&pitch_deg=3&roll_deg=-90&rate=20&noise=0&gain=0.9")};
   EXPECT_EQ(options.name, "street");
   EXPECT_EQ(options.frames, 12);
   EXPECT_EQ(options.seed, 18446744073709551615U);
@@ -32,6 +32,7 @@ TEST(ParseScene, ReadsEveryKey) {
   EXPECT_EQ(options.baseline_m, 0.5);
   EXPECT_EQ(options.camera_height_m, 1.5);
   EXPECT_NEAR(options.camera_pitch_rad, 0.05235987755982989, 1e-15);
+  EXPECT_NEAR(options.camera_roll_rad, -1.5707963267948966, 1e-15);
   EXPECT_EQ(options.rate_hz, 20);
   EXPECT_EQ(options.noise_grey, 0);
   EXPECT_EQ(options.gain, 0.9);

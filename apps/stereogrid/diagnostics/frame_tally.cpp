@@ -103,7 +103,7 @@ class DriveDiagnosis {
     if (unknown.frames > 0) {
       text += fmt::format("; in {} the ground plane is unknown, and so is the grid", share(unknown));
     }
-    const bool is_explained{unknown.frames > 0 && context_.input.extrinsics_given};
+    const bool is_explained{unknown.frames > 0 && context_.used == context_.given};
     say(is_explained ? text + ": " + text_of(unknown.first, FrameStatus::road_unknown) : text + advice_on_extrinsics());
   }
 
@@ -114,11 +114,6 @@ class DriveDiagnosis {
           ". The calibration has no extrinsics: a run estimates them where ground is in plain view. Grids before are "
           "unknown. For calibration.yaml: {}",
           io::mount_line(context_.used));
-    }
-    if (!context_.input.extrinsics_given) {
-      return ". It may be out of view, wet, without texture, or nearer than matching.disparities reach. The "
-             "calibration has no "
-             "extrinsics: measure them, and give mount.camera_height_m and mount.camera_pitch_rad.";
     }
     return fmt::format(
         ". It may be out of view, wet or without texture, or the extrinsics in the calibration may be wrong: {:.3g} m "

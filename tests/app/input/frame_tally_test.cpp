@@ -65,7 +65,7 @@ TEST(FrameTally, ARoadThatIsCarriedOverIsSaid) {
   FrameTally tally;
   for (std::size_t i{0}; i < 10; ++i) tally.add(frame(i, {}, i % 3 != 1));
   EXPECT_THAT(texts_of(tally), ElementsAre(AllOf(HasSubstr("road not found in 3 of 10 frames (first: f1)"),
-                                                 HasSubstr("The calibration has no extrinsics"),
+                                                 HasSubstr("the extrinsics in the calibration may be wrong"),
                                                  HasSubstr("mount.camera_pitch_rad"), Not(HasSubstr("unknown")))));
 }
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Wrong extrinsics in the rig: the pipeline estimates the right ones and continues as with given ones.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -23,6 +24,7 @@ namespace {
 constexpr int disparities_unmounted{128};  // number without extrinsics
 
 using scenes::Scene;
+using ::testing::HasSubstr;
 
 constexpr const char* pitched_street{"street?width=320&height=200&pitch_deg=8&camera_height=1.0"};
 /// Little of it is road.
@@ -110,6 +112,22 @@ TEST(ExtrinsicsChain, APairAloneIsNotEnoughBeforeALowerFloor) {
   WrongRig drive{"terrain?kind=stairs&rise=-0.17&at=3&width=512&height=320&pitch_deg=6&camera_height=0.9"};
   EXPECT_TRUE(is_unknown(drive.step(0)));
   EXPECT_EQ(drive.pipeline.next_rig(), usual_extrinsics(drive.scene.rig()));
+}
+
+// A wall of a corridor would be the ground of a camera that lies on its side.
+TEST(ExtrinsicsChain, ARolledCameraIsReported) {
+  const auto message = [](const std::string& scene) {
+    WrongRig drive{scene.c_str()};
+    const FrameResult& result{drive.step(0)};
+    EXPECT_TRUE(is_unknown(result)) << scene;
+    return result.warnings.empty() ? std::string{} : result.warnings.front().text;
+  };
+  const std::string corridor{"corridor?width=512&height=320&seed=9&roll_deg="};
+  EXPECT_THAT(message(corridor + "30"), HasSubstr("rolled by 30°"));
+  EXPECT_THAT(message(corridor + "30"), HasSubstr("mount: {camera_height_m: 1.2"));
+  EXPECT_THAT(message(corridor + "90"), HasSubstr("rolled by 90°"));
+  EXPECT_THAT(message("street?width=320&height=200&roll_deg=180"), HasSubstr("upside down"));
+  EXPECT_FALSE(is_unknown(WrongRig{(corridor + "0").c_str()}.step(0)));
 }
 
 TEST(ExtrinsicsChain, TheReferenceFindsTheSame) {

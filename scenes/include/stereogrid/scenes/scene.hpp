@@ -28,6 +28,7 @@ struct SceneOptions {
   double baseline_m{0};       ///< 0: default camera
   double camera_height_m{0};  ///< 0: default camera
   double camera_pitch_rad{0};
+  double camera_roll_rad{0};  ///< positive: right side down
   double rate_hz{10};
   double noise_grey{2.5};  ///< standard deviation of the sensor noise, each camera and frame its own
   double gain{1.05};       ///< brightness of the right camera relative to the left one
@@ -56,10 +57,10 @@ struct SceneOptions {
 [[nodiscard]] STEREOGRID_EXPORT std::vector<std::string> terrain_kinds();
 
 /// Reads "scene:street?frames=60&seed=3&width=1242&height=375", with or without "scene:". Keys: frames, seed, width,
-/// height, focal (px), baseline (m), camera_height (m), pitch_deg, rate (Hz), noise (grey levels), gain, camera,
-/// pitch_noise_deg, roll_noise_deg, height_noise (m); of uneven ground: kind, at or edge (m), rise or depth (m),
-/// incline_deg, slope_deg, span (m), steps, skew_deg, speed (m/s).
-/// Throws InputError, with the known scenes or keys and their ranges.
+/// height, focal (px), baseline (m), camera_height (m), pitch_deg, roll_deg, rate (Hz), noise (grey levels), gain,
+/// camera, pitch_noise_deg, roll_noise_deg, height_noise (m); of uneven ground: kind, at or edge (m), rise or depth
+/// (m), incline_deg, slope_deg, span (m), steps, skew_deg, speed (m/s). Throws InputError, with the known scenes or
+/// keys and their ranges.
 [[nodiscard]] STEREOGRID_EXPORT SceneOptions parse_scene(std::string_view text);
 
 /// A ray-cast street scene with exact truth. World frame: the vehicle frame of the start. The same options give the

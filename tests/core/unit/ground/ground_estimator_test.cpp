@@ -63,6 +63,22 @@ INSTANTIATE_TEST_SUITE_P(
                       SearchCase{"outliers", {.has_floor = false, .outliers = 0.8}, false},
                       SearchCase{"empty", {.has_floor = false, .outliers = 0}, false}));
 
+// A roll beyond the search is named, and nothing is found.
+TEST(GroundEstimator, ReportsARolledCamera) {
+  Frames frames;
+  const GroundState start{first_ground({1.65, 0, 0}, GroundMode::assumed)};
+  for (const double roll_deg : {-120.0, -90.0, -40.0, 20.0, 60.0, 90.0, 175.0}) {
+    const Ground floor{1.2, 0.1, roll_deg * degree};
+    const GroundFit fit{frames.fit(start, {.floor = floor})};
+    EXPECT_FALSE(fit.is_sound || fit.is_candidate) << roll_deg;
+    ASSERT_TRUE(fit.rolled) << roll_deg;
+    expect_near(*fit.rolled, floor, std::to_string(roll_deg));
+    EXPECT_EQ(frames.estimator.reason_to_reject(start, fit, dt_s), Rejection::camera_rolled);
+    EXPECT_FALSE(frames.estimator.settle(start, fit, true, dt_s, {}).new_extrinsics);
+  }
+  EXPECT_FALSE(frames.fit(start, {}).rolled);
+}
+
 TEST(GroundEstimator, FindsExtrinsicsOnce) {
   Frames frames;
   const GroundState start{first_ground({1.65, 0, 0}, GroundMode::assumed)};
