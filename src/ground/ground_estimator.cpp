@@ -91,10 +91,12 @@ Ground GroundEstimator::expected(const GroundState& state, double dt_s) const {
   return rounded(with_covariance(ground, scaled(kept, covariance_of(state.plane)) + scaled(1 - kept, around)));
 }
 
-void GroundEstimator::gather(const MatchedFrame& frame, GroundWorkspace& space) const {
+void GroundEstimator::gather(const MatchedFrame& frame, int own_from_row, GroundWorkspace& space) const {
   space.lattice.clear();
   add_samples(frame, space.lattice);
-  int last_row{rig_.height_px};
+  const auto is_own = [&](const GroundSample& sample) { return sample.v >= static_cast<float>(own_from_row); };
+  std::erase_if(space.lattice, is_own);
+  int last_row{std::min(rig_.height_px, own_from_row)};
   if (!frame.masked.empty()) {  // the vehicle's own bonnet is not the nearest ground
     const auto is_masked = [&](int v) {
       return std::count(frame.masked.row(v), frame.masked.row(v) + frame.masked.width, 0) * 4 < frame.masked.width;

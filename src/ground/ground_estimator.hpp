@@ -57,8 +57,8 @@ class GroundEstimator {
   /// view, so that every pixel is matched as upright.
   [[nodiscard]] Ground expected(const GroundState& state, double dt_s) const;
 
-  /// Reads the samples of a frame into `space`, for fit() and refit().
-  void gather(const MatchedFrame& frame, GroundWorkspace& space) const;
+  /// Reads the samples of a frame above the row `own_from_row` into `space`, for fit() and refit().
+  void gather(const MatchedFrame& frame, int own_from_row, GroundWorkspace& space) const;
   /// Ground of a frame that was matched on expected(). A search where the ground is unknown or not in view.
   [[nodiscard]] GroundFit fit(const GroundState& state, double dt_s, GroundWorkspace& space) const;
   /// Ground of a frame that was matched again on `before`, the first fit's plane: no search.

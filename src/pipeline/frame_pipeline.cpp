@@ -43,6 +43,7 @@ std::optional<Ground> FramePipeline::process(const LevelFrame& frame, FrameResul
   const Ground expected{estimator_.expected(state_.ground, frame.dt_s)};
   const Point2 place{frame.world_from_vehicle.x_m, frame.world_from_vehicle.y_m};
 
+  const bool has_own_changed{find_own_surface(frame, place)};
   stages_->match(frame, grids, state_.alignment, {expected});  // III-C, or external disparities
   if (state_.is_first) align_first(frame, grids, expected);
   std::span<const VelocityEvidence> velocities;
@@ -76,7 +77,10 @@ std::optional<Ground> FramePipeline::process(const LevelFrame& frame, FrameResul
   }
   publish(frame, ground, rejection, result);
 
-  if (!settled.new_extrinsics) state_.ground = settled.state;
+  if (has_own_changed) report(state_.own_surface, result);
+  const bool is_own_ground{has_own_changed && !ground.plane.estimated};  // the extrinsics were those over a bonnet
+  if (!settled.new_extrinsics)
+    state_.ground = is_own_ground ? first_ground(state_.ground.extrinsics, GroundMode::assumed) : settled.state;
   state_.is_first = false;
   cpu_.together([&] { report_too_close(update_tracks(frame, ground, is_usable, result, host.track), result); },
                 [&] { add_features(frame, is_usable, host.flow); });
@@ -92,10 +96,21 @@ void FramePipeline::align_first(const LevelFrame& frame, const FrameGrids& grids
     stages_->match(frame, grids, state_.alignment, {expected});
 }
 
+// True: the rows that show the vehicle have changed. Given extrinsics stay without it.
+bool FramePipeline::find_own_surface(const LevelFrame& frame, Point2 place) {
+  return config_.ground.estimate && state_.ground.mode != GroundMode::given &&
+         state_.own_surface.update(frame.left, stages_->mask().view(), place);
+}
+
+void FramePipeline::continue_from(const FramePipeline& before) {
+  state_.tracker.continue_ids(before.state_.tracker);
+  state_.own_surface.continue_from(before.state_.own_surface, turned_rad_ - before.turned_rad_);
+}
+
 GroundFit FramePipeline::fit_ground(const LevelFrame& frame, double& ms) {
   const MatchedFrame matches{matched(frame)};
   const ScopedTimer timer{ms};
-  estimator_.gather(matches, ground_space_);
+  estimator_.gather(matches, state_.own_surface.first_row(), ground_space_);
   return estimator_.fit(state_.ground, frame.dt_s, ground_space_);
 }
 
@@ -107,7 +122,7 @@ GroundFit FramePipeline::rematch(const LevelFrame& frame, const FrameGrids& grid
   if (!ground.wants_rematch) return ground;
   const MatchedFrame matches{matched(frame)};
   const ScopedTimer timer{ms};
-  estimator_.gather(matches, ground_space_);
+  estimator_.gather(matches, state_.own_surface.first_row(), ground_space_);
   return estimator_.refit(state_.ground, ground, ground_space_);
 }
 

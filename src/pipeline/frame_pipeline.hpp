@@ -28,8 +28,8 @@ class FramePipeline {
   std::optional<Ground> process(const LevelFrame& frame, FrameResult& result);
   /// Makes the next frame a first one. Ids of obstacles continue.
   void reset() { state_.reset(rig_, first_ground_); }
-  /// Continues the ids of obstacles of `before`.
-  void continue_ids(const FramePipeline& before) { state_.tracker.continue_ids(before.state_.tracker); }
+  /// Continues the ids of obstacles of `before`, and what it has found of the vehicle itself.
+  void continue_from(const FramePipeline& before);
 
   /// State between two frames: saved or loaded.
   template <class State>
@@ -46,6 +46,7 @@ class FramePipeline {
   std::span<const VelocityEvidence> track_features(const LevelFrame& frame, const GridGeometry& window, double& ms);
   bool align(const LevelFrame& frame, const Ground& expected);
   void align_first(const LevelFrame& frame, const FrameGrids& grids, const Ground& expected);
+  bool find_own_surface(const LevelFrame& frame, Point2 place);
   GroundFit fit_ground(const LevelFrame& frame, double& ms);
   GroundFit rematch(const LevelFrame& frame, const FrameGrids& grids, const GroundFit& ground, double& ms);
   TerrainRules find_terrain(const FrameGrids& grids, const GroundFit& ground, double& ms, FrameResult& result);

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "ground/ground_estimator.hpp"
+#include "ground/own_surface.hpp"
 #include "images/row_alignment/row_alignment.hpp"
 #include "memory_bytes.hpp"
 #include "motion/scene_flow.hpp"
@@ -21,6 +22,7 @@ namespace stereogrid {
 struct FrameState {
   FrameState(const Config& config, const Rig& level_rig, const GroundState& first_ground, int window_cells)
       : ground{first_ground},
+        own_surface{level_rig},
         alignment{level_rig},
         scene_flow{level_rig},
         near{level_rig, config.matching, window_cells},
@@ -33,6 +35,7 @@ struct FrameState {
   void reset(const Rig& level_rig, const GroundState& first_ground) {
     is_first = true;
     ground = first_ground;
+    own_surface = OwnSurface{level_rig};
     alignment = RowAlignment{level_rig};
     scene_flow = SceneFlow{level_rig};
     tracker.reset();
@@ -42,16 +45,18 @@ struct FrameState {
 
   template <class State>
   void exchange(State& state) {
-    state(is_first, ground, alignment, scene_flow, tracker, near);
+    state(is_first, ground, own_surface, alignment, scene_flow, tracker, near);
     if (terrain) state(*terrain);
   }
 
   [[nodiscard]] std::size_t memory_bytes() const {
-    return memory_bytes_of(alignment, scene_flow, tracker, near) + (terrain ? memory_bytes_of(*terrain) : 0);
+    return memory_bytes_of(own_surface, alignment, scene_flow, tracker, near) +
+           (terrain ? memory_bytes_of(*terrain) : 0);
   }
 
   bool is_first{true};
   GroundState ground;
+  OwnSurface own_surface;  ///< not updated with GroundMode::given
   RowAlignment alignment;
   SceneFlow scene_flow;
   NearObstacles near;

@@ -209,7 +209,7 @@ struct Pipeline::Implementation {
   // Rebuilds all stages; time, world and ids continue. Nothing has changed where it throws.
   void set_rig(const Rig& rig) {
     std::unique_ptr<FramePipeline> made{make_frames(rig)};
-    made->continue_ids(*frames);
+    made->continue_from(*frames);
     input.set_rig(rig);
     frames = std::move(made);
     is_unfinished = false;

@@ -181,7 +181,7 @@ void propose_mask(const Input& input, const Config& config, const std::string& f
                                         ", and 20 frames over 20 m are needed (with poses, and a road that is known)");
   }
   Image<std::uint8_t> mask{search.mask(config.matching.window_px / 2 + 2)};
-  if (mask.empty()) return print_row("own vehicle", "not in view in " + seen + "; no mask is written");
+  if (mask.empty()) return print_row("own vehicle", "not in view " + seen + "; no mask is written");
   std::size_t masked{0};
   for (std::size_t i{0}; i < mask.size(); ++i) {
     const bool is_used{mask.data()[i] != 0 && (input.mask.empty() || input.mask.data()[i] != 0)};

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "bonnet.hpp"
 #include "chain_run.hpp"
 #include "geometry/road_plane.hpp"
 #include "matching/matching.hpp"
@@ -128,6 +129,26 @@ TEST(ExtrinsicsChain, ARolledCameraIsReported) {
   EXPECT_THAT(message(corridor + "90"), HasSubstr("rolled by 90°"));
   EXPECT_THAT(message("street?width=320&height=200&roll_deg=180"), HasSubstr("upside down"));
   EXPECT_FALSE(is_unknown(WrongRig{(corridor + "0").c_str()}.step(0)));
+}
+
+// A bonnet has the shape of ground. Its texture stays while the vehicle travels.
+TEST(ExtrinsicsChain, ABonnetIsNoGround) {
+  WrongRig drive{"street?width=512&height=320&seed=3&frames=12"};
+  const Bonnet bonnet{.top_row = 240, .disparity = 56};
+  std::size_t warnings{0};
+  for (std::size_t index{0}; index < 10; ++index) {
+    StereoFrame frame{drive.scene.load(index)};
+    bonnet.paint(frame);
+    const FrameResult& result{drive.pipeline.process(frame)};
+    const auto is_said = [](const Warning& warning) {
+      return warning.text.find("vehicle itself") != std::string::npos;
+    };
+    warnings += static_cast<std::size_t>(std::ranges::count_if(result.warnings, is_said));
+    if (index < 6) continue;
+    EXPECT_FALSE(is_unknown(result)) << index;
+    EXPECT_NEAR(drive.pipeline.next_rig().camera_height_m, 1.25, 0.1) << index;
+  }
+  EXPECT_EQ(warnings, 1U);
 }
 
 TEST(ExtrinsicsChain, TheReferenceFindsTheSame) {
