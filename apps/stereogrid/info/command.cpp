@@ -14,6 +14,7 @@
 #include "cli/program.hpp"
 #include "cli/progress.hpp"
 #include "diagnostics/own_vehicle.hpp"
+#include "diagnostics/pose_check.hpp"
 #include "info/look.hpp"
 #include "input.hpp"
 #include "pose_stage.hpp"
@@ -217,6 +218,7 @@ int show(const InfoOptions& options) {
     const auto& warnings{input.recording->contents().warnings};
     look.complaints.insert(look.complaints.begin(), warnings.begin(), warnings.end());
   }
+  if (const auto text{contradiction_of_poses(input)}) look.complaints.push_back(*text);
   if (!options.proposed_mask.empty()) propose_mask(input, config, options.proposed_mask);
   for (const std::string& complaint : look.complaints) print_row("complaint", complaint);
   print_row("verdict", look.is_hopeless ? "cannot be used" : look.complaints.empty() ? "fine" : "usable");

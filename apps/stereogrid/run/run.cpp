@@ -13,6 +13,7 @@
 #include "cli/commands.hpp"
 #include "cli/console.hpp"
 #include "diagnostics/frame_tally.hpp"
+#include "diagnostics/pose_check.hpp"
 #include "input.hpp"
 #include "locks/folder_lock.hpp"
 #include "pose_stage.hpp"
@@ -141,6 +142,8 @@ void warn_of_frames(const io::RunRecord& record, const Input& input, const Pipel
   const Findings complaints{
       findings_of(tally, {input, pipeline.config(), input.source->rig(), pipeline.next_rig(), frame_at})};
   for (const std::string& text : complaints.texts) spdlog::warn("{}", text);
+  if (interrupted() != 0) return;
+  if (const auto text{contradiction_of_poses(input)}) spdlog::warn("{}", *text);
 }
 
 /// Prints the results of a run to stdout; silent under --quiet.

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "diagnostics/pose_check.hpp"
+
 namespace stereogrid::app {
 namespace {
 
@@ -122,6 +124,31 @@ TEST(FrameTally, EveryFlagOfTheImagesIsSaid) {
 TEST(FrameTally, TextsThatDifferInNumbersAreTheSame) {
   EXPECT_EQ(without_digits("1.6 × and 20 %"), without_digits("1.5 × and 5 %"));
   EXPECT_NE(without_digits("left 1"), without_digits("right 1"));
+}
+
+// Steps of a camera along a bent path, and those of a frame in which the camera is at `place`.
+std::vector<MotionPair> steps_of(const Pose2& place, double turn_factor = 1) {
+  std::vector<MotionPair> steps;
+  for (int i{0}; i < 20; ++i) {
+    const Pose2 seen{0.5, 0.002 * (i % 3), i < 10 ? 0.08 : -0.05};
+    const Pose2 turned{seen.x_m, seen.y_m, turn_factor * seen.yaw_rad};
+    steps.push_back({seen, place * turned * inverse(place)});
+  }
+  return steps;
+}
+
+TEST(PoseCheck, PosesThatContradictTheImagesAreReported) {
+  EXPECT_FALSE(contradiction_of(steps_of({})));
+  EXPECT_FALSE(contradiction_of(steps_of({0.1, -0.1, 0.05}))) << "errors of a calibration";
+  EXPECT_FALSE(contradiction_of({}));
+  EXPECT_THAT(contradiction_of(steps_of({1, -0.2, 1.5707963})).value_or(""),
+              AllOf(HasSubstr("turned by 90°"), HasSubstr("x 1.00 m, y -0.20 m"), HasSubstr("--poses odometry")));
+  EXPECT_THAT(contradiction_of(steps_of({}, -1)).value_or(""), HasSubstr("another path"));
+  std::vector<MotionPair> jump{steps_of({})};
+  jump[4].given.x_m += 20;
+  EXPECT_FALSE(contradiction_of(jump)) << "jumps have a status of their own";
+  for (MotionPair& step : jump) step.given.x_m *= 2;
+  EXPECT_THAT(contradiction_of(jump).value_or(""), HasSubstr("2.00 times as far"));
 }
 
 }  // namespace
