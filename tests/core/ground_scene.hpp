@@ -31,6 +31,7 @@ struct GroundScene {
   double lower_floor_m{0};      ///< 0: none; height of the camera above it
   double wall_m{0};             ///< upright wall across; 0: none
   int boxes{0};                 ///< boxes of a quarter of the width, 0.4 m high
+  double mirrored{0};           ///< share of the floor's pixels that show a mirrored wall at 12 m: a wet road
   int bonnet_from_row{0};       ///< the vehicle's own bonnet, at 1 m; 0: none
   double noise_px{0.3};
   double outliers{0.05};
@@ -62,6 +63,8 @@ struct GroundScene {
       for (int u{step / 2}; u < rig.width_px; u += step) {
         double d{disparity(rig, u, v)};
         if (d > 0) d += noise_px * gaussian(generator);
+        const double wall_px{rig.focal_px * rig.baseline_m / 12};
+        if (d > wall_px && mirrored > 0 && uniform(generator, 0, 1) < mirrored) d = wall_px;
         if (uniform(generator, 0, 1) < outliers) d = uniform(generator, 1, 60);
         if (d > 0.5) samples.push_back({static_cast<float>(u), static_cast<float>(v), static_cast<float>(d)});
       }

@@ -131,6 +131,18 @@ TEST(ExtrinsicsChain, ARolledCameraIsReported) {
   EXPECT_FALSE(is_unknown(WrongRig{(corridor + "0").c_str()}.step(0)));
 }
 
+// From level ground on, before a crest and a dip.
+TEST(ExtrinsicsChain, TheGroundUnderTheWheelsIsFoundBeforeACrest) {
+  for (const std::string kind : {"hill", "valley"}) {
+    WrongRig drive{("terrain?kind=" + kind + "&slope_deg=12&at=2&speed=8&frames=9").c_str()};
+    for (std::size_t frame{0}; frame < 9; frame += 2) {
+      drive.step(frame);
+      EXPECT_NEAR(drive.pipeline.next_rig().camera_height_m, 1.25, 0.05 * 1.25) << kind << ' ' << frame;
+      EXPECT_NEAR(drive.pipeline.next_rig().camera_pitch_rad / degree, 0, 1) << kind << ' ' << frame;
+    }
+  }
+}
+
 // A bonnet has the shape of ground. Its texture stays while the vehicle travels.
 TEST(ExtrinsicsChain, ABonnetIsNoGround) {
   WrongRig drive{"street?width=512&height=320&seed=3&frames=12"};
