@@ -101,6 +101,9 @@ class Looking {
     ++look_.tried;
     const io::FrameSummary summary{io::summary_of(*frame, result)};
     tally_.add(summary);
+    const auto own{std::ranges::find_if(
+        result.warnings, [](const Warning& warning) { return warning.text.starts_with("the lowest rows"); })};
+    if (own != result.warnings.end()) own_vehicle_ = own->text;
     if (!shows_road(summary)) return;
     found_.push_back(result.ground);
     found_.back().pitch_rad += result.rig.camera_pitch_rad - result.level_rig.camera_pitch_rad;
@@ -125,6 +128,7 @@ class Looking {
         findings_of(tally_, {input_, config_, source_.rig(), pipeline_.next_rig(),
                              [this](std::size_t index) { return std::optional<StereoFrame>{source_.load(index)}; }})};
     look_.complaints.insert(look_.complaints.end(), found.texts.begin(), found.texts.end());
+    if (!own_vehicle_.empty()) say(own_vehicle_);
     measure_road();
     const Rig& rig{pipeline_.next_rig()};
     look_.rig = rig;
@@ -159,6 +163,7 @@ class Looking {
   std::set<std::size_t> unusable_;
   std::vector<Ground> found_;
   FrameTally tally_;
+  std::string own_vehicle_;  ///< warning of a frame that shows the vehicle itself
   Tally identical_;
   Tally blank_;
   Look look_;
