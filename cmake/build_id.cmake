@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # cmake -D VERSION=… -D ROOT=… -D OUTPUT=… -P build_id.cmake
-# Writes the source file of build_id(): VERSION, and a hash of the names and contents of ROOT's core sources.
+# Writes the source file of version() and build_id(): VERSION, and a hash of the names and contents of ROOT's core sources.
 cmake_minimum_required(VERSION 3.22)
 
 file(
@@ -19,9 +19,14 @@ string(SHA256 hash "${contents}")
 string(SUBSTRING ${hash} 0 16 hash)
 
 file(WRITE ${OUTPUT} "// Made by cmake/build_id.cmake.
-#include \"pipeline/build_id.hpp\"
+#include \"pipeline/cuda_library.hpp\"
+#include \"stereogrid/pipeline.hpp\"
 
 namespace stereogrid {
+
+std::string_view version() {
+  return \"${VERSION}\";
+}
 
 std::string_view build_id() {
   return \"${VERSION}+${hash}\";

@@ -2,7 +2,7 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# Cross-compiles the core and its tests for 64-bit ARM (NEON) with warnings as errors, without CMake and oneTBB, and runs
+# Cross-compiles the core and its tests for 64-bit ARM (NEON) with warnings as errors, without oneTBB, and runs
 # the tests in an emulator where there is one. Needs g++-aarch64-linux-gnu; qemu-user to run.
 # Arguments go to the tests: scripts/check-neon.sh --gtest_filter='Matching*'. CXX names another compiler.
 # --instructions counts those of a frame's stages instead and prints them beside AVX2's (bench/instructions.py).
@@ -27,17 +27,18 @@ done
 ln -sfn oneapi/tbb "$out/include/tbb"
 googletest=/usr/src/googletest/googletest
 googlemock=/usr/src/googletest/googlemock
+cmake -D VERSION=neon -D ROOT="$PWD" -D OUTPUT="$out/build_id.cpp" -P cmake/build_id.cmake
 
 # build PROGRAM OPTIMISATION WARNINGS INCLUDES SOURCE...: definitions as in src/CMakeLists.txt
 build() {
   cat >"$out/flags" <<FLAGS
 -std=c++20 $2 -ffp-contract=off $3
 -DHWY_DISABLED_TARGETS=(HWY_SVE|HWY_SVE2|HWY_SVE_256|HWY_SVE2_128)
--DSTEREOGRID_VERSION=\\"neon\\" -DSTEREOGRID_LIBRARY_FOLDER=\\"lib\\"
+-DSTEREOGRID_LIBRARY_FOLDER=\\"lib\\"
 -Iinclude -Isrc $4 -isystem build/neon/include
 FLAGS
   rm -f "$out"/objects/*
-  for source in "${@:5}" tests/neon/highway.cpp tests/neon/build_id.cpp; do
+  for source in "${@:5}" tests/neon/highway.cpp "$out/build_id.cpp"; do
     object=$(tr / _ <<<"${source#/}").o
     echo "$(command -v ccache || true) $compiler @$out/flags -c $source -o $out/objects/$object"
   done | tr '\n' '\0' | xargs -0 -n 1 -P "$(nproc)" sh -c '$0'

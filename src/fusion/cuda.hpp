@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "backend/cuda.hpp"
-#include "filter/retained_cell.hpp"
 #include "fusion/model.hpp"
 #include "observation/projection/model.hpp"
 #include "stereogrid/config.hpp"

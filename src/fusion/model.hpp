@@ -48,4 +48,13 @@ STEREOGRID_HD inline void add(const OtherCells& other, Point2 at, IndependentPoo
   pool.add(p, other.confidence == nullptr ? 1.0 : static_cast<double>(other.confidence[cell]));
 }
 
+/// A cell of the window that stays occupied although the frame cannot observe it.
+struct RetainedCell {
+  int cell;         ///< iy · nx + ix of the window
+  float occupancy;  ///< least P(occupied) that counts as observed
+};
+
+/// Most cells that are held at a time.
+constexpr int retained_cells_max{8192};
+
 }  // namespace stereogrid

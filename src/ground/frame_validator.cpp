@@ -10,8 +10,8 @@
 #include <cstdlib>
 #include <numbers>
 
-#include "geometry/match_lattice.hpp"
 #include "ground/plane_numbers.hpp"
+#include "images/patch.hpp"
 
 namespace stereogrid {
 namespace {

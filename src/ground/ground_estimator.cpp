@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "geometry/match_lattice.hpp"
 #include "ground/plane_numbers.hpp"
+#include "images/patch.hpp"
 
 namespace stereogrid {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "images/turned_row.hpp"
+#include "images/levelling.hpp"
 
 namespace stereogrid {
 namespace {

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "backend/cpu.hpp"
-#include "images/turned_row.hpp"
 
 namespace stereogrid {
 namespace {

@@ -8,10 +8,8 @@
 #include <vector>
 
 #include "backend/reference.hpp"
-#include "matching/checks/classify_simd.hpp"
-#include "matching/checks/texture_simd.hpp"
-#include "matching/correlation/census_simd.hpp"
-#include "matching/correlation/correlate_simd.hpp"
+#include "matching/checks/simd.hpp"
+#include "matching/correlation/simd.hpp"
 #include "matching/matching.hpp"
 #include "matching/semi_global/semi_global.hpp"
 

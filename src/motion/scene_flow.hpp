@@ -8,11 +8,9 @@
 #include <optional>
 #include <vector>
 
-#include "geometry/match_lattice.hpp"
 #include "geometry/matches.hpp"
 #include "images/patch.hpp"
 #include "images/row_alignment/model.hpp"
-#include "images/smoothing.hpp"
 #include "memory_bytes.hpp"
 #include "motion/ego_error.hpp"
 #include "motion/symmetric2.hpp"

@@ -9,7 +9,6 @@
 #include <filesystem>
 #include <string>
 
-#include "pipeline/build_id.hpp"
 #include "stereogrid/error.hpp"
 
 namespace stereogrid {

@@ -4,10 +4,15 @@
 
 #include <cstddef>
 #include <memory>
+#include <string_view>
 
 #include "pipeline/stages.hpp"
 
 namespace stereogrid {
+
+/// The version and a hash of all sources of the core, such as "0.1.0+2f7a…": equal in builds of the same sources, on
+/// whatever machine. Written when the library is built (cmake/build_id.cmake). Ends with a zero.
+[[nodiscard]] std::string_view build_id();
 
 /// Interface of libstereogrid_cuda.so: the result of its function `cuda_library_function`, extern "C", without
 /// arguments. The library is loaded when a pipeline requests it, so that programs run without a GPU.

@@ -10,7 +10,7 @@
 #include "observation/rays/rays.hpp"
 #include "pipeline/extrinsics.hpp"
 #include "pipeline/results.hpp"
-#include "pipeline/stopwatch.hpp"
+#include "pipeline/stages.hpp"
 
 namespace stereogrid {
 namespace {

@@ -10,7 +10,7 @@
 #include "images/row_alignment/row_alignment.hpp"
 #include "memory_bytes.hpp"
 #include "motion/scene_flow.hpp"
-#include "obstacles/segmentation/near_obstacles.hpp"
+#include "obstacles/tracking/near_obstacles.hpp"
 #include "obstacles/tracking/tracking.hpp"
 #include "pipeline/results.hpp"
 #include "terrain/frame_terrain.hpp"

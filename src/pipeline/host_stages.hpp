@@ -19,7 +19,6 @@
 #include "pipeline/host_workspace.hpp"
 #include "pipeline/results.hpp"
 #include "pipeline/stages.hpp"
-#include "pipeline/stopwatch.hpp"
 
 namespace stereogrid {
 

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "backend/cpu.hpp"
-#include "matching/correlation/correlate_simd.hpp"
+#include "matching/correlation/simd.hpp"
 #include "memory_bytes.hpp"
 #include "pipeline/checks.hpp"
 #include "pipeline/cuda_library.hpp"
@@ -19,7 +19,7 @@
 #include "pipeline/frame_pipeline.hpp"
 #include "pipeline/results.hpp"
 #include "pipeline/saved_state.hpp"
-#include "pipeline/stopwatch.hpp"
+#include "pipeline/stages.hpp"
 #include "stereogrid/error.hpp"
 
 namespace stereogrid {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <span>
 #include <type_traits>
@@ -10,7 +11,7 @@
 
 #include "filter/filter.hpp"
 #include "filter/joint/evidence.hpp"
-#include "filter/retained_cell.hpp"
+#include "fusion/model.hpp"
 #include "geometry/grid_in_vehicle.hpp"
 #include "geometry/matches.hpp"
 #include "ground/plane_numbers.hpp"
@@ -22,6 +23,31 @@
 #include "terrain/rules.hpp"
 
 namespace stereogrid {
+
+/// Milliseconds since the last call.
+class Stopwatch {
+ public:
+  double lap() {
+    const auto now{std::chrono::steady_clock::now()};
+    return std::chrono::duration<double, std::milli>(now - std::exchange(last_, now)).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_{std::chrono::steady_clock::now()};
+};
+
+/// Adds the milliseconds of its lifetime to a sum.
+class ScopedTimer {
+ public:
+  explicit ScopedTimer(double& sum_ms) : sum_ms_{sum_ms} {}
+  ScopedTimer(const ScopedTimer&) = delete;
+  ScopedTimer& operator=(const ScopedTimer&) = delete;
+  ~ScopedTimer() { sum_ms_ += watch_.lap(); }
+
+ private:
+  double& sum_ms_;
+  Stopwatch watch_;
+};
 
 class Cpu;
 

@@ -23,7 +23,7 @@ if(NOT original STREQUAL copy)
   message(FATAL_ERROR "a copy has another build id: ${original}, ${copy}")
 endif()
 
-file(APPEND ${WORK}/copy/src/version.cpp "\n")
+file(APPEND ${WORK}/copy/src/config.cpp "\n")
 get_build_id(${WORK}/copy changed)
 file(RENAME ${WORK}/copy/src/pipeline/cuda/stages.hpp ${WORK}/copy/src/stages.hpp)
 get_build_id(${WORK}/copy renamed)

@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "geometry/match_lattice.hpp"
 #include "geometry/matches.hpp"
 #include "geometry/road_plane.hpp"
+#include "images/patch.hpp"
 #include "images/row_alignment/model.hpp"
 #include "memory_bytes.hpp"
 #include "stereogrid/camera.hpp"

@@ -7,7 +7,7 @@
 // after foreach_target
 #include "geometry/matches.hpp"
 #include "hwy/highway.h"
-#include "matching/checks/classify_simd.hpp"
+#include "matching/checks/simd.hpp"
 #include "numbers_simd.hpp"
 
 #include <algorithm>

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "geometry/matches.hpp"
-#include "matching/surfaces_simd.hpp"
+#include "matching/checks/simd.hpp"
 #include "memory_bytes.hpp"
 
 namespace stereogrid {

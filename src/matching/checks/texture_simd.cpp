@@ -6,7 +6,7 @@
 #include "hwy/foreach_target.h"                                // IWYU pragma: keep
 // after foreach_target
 #include "hwy/highway.h"
-#include "matching/checks/texture_simd.hpp"
+#include "matching/checks/simd.hpp"
 #include "matching/window_sums_simd.hpp"
 
 #include <algorithm>

@@ -6,7 +6,7 @@
 #include "hwy/foreach_target.h"                                    // IWYU pragma: keep
 // after foreach_target
 #include "hwy/highway.h"
-#include "matching/correlation/census_simd.hpp"
+#include "matching/correlation/simd.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace stereogrid {

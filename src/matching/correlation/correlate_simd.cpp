@@ -6,7 +6,7 @@
 #include "hwy/foreach_target.h"                                       // IWYU pragma: keep
 // after foreach_target
 #include "hwy/highway.h"
-#include "matching/correlation/correlate_simd.hpp"
+#include "matching/correlation/simd.hpp"
 #if HWY_TARGET != HWY_SCALAR
 #include "matching/correlation/level_simd.hpp"
 #include "matching/correlation/upright_simd.hpp"

@@ -14,8 +14,8 @@
 #include <cstdint>
 
 #include "hwy/highway.h"
-#include "matching/correlation/correlate_simd.hpp"
 #include "matching/correlation/rival_limit_simd.hpp"
+#include "matching/correlation/simd.hpp"
 #include "matching/window_sums_simd.hpp"
 
 HWY_BEFORE_NAMESPACE();

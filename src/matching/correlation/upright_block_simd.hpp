@@ -16,8 +16,8 @@
 #include <cstring>
 
 #include "hwy/highway.h"
-#include "matching/correlation/correlate_simd.hpp"
 #include "matching/correlation/rival_limit_simd.hpp"
+#include "matching/correlation/simd.hpp"
 #include "matching/minima_simd.hpp"
 #include "matching/model.hpp"
 

@@ -15,8 +15,8 @@
 #include <cstdint>
 
 #include "hwy/highway.h"
-#include "matching/correlation/correlate_simd.hpp"
 #include "matching/correlation/differing_bits_simd.hpp"
+#include "matching/correlation/simd.hpp"
 #include "matching/correlation/upright_block_simd.hpp"
 
 HWY_BEFORE_NAMESPACE();

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "geometry/match_lattice.hpp"
+#include "images/patch.hpp"
 #include "observation/rays/rays.hpp"
 
 namespace stereogrid {

@@ -8,7 +8,7 @@
 // after foreach_target
 #include "hwy/cache_control.h"
 #include "hwy/highway.h"
-#include "observation/rays/count_simd.hpp"
+#include "observation/rays/simd.hpp"
 #include "observation/u_disparity/vectors_simd.hpp"
 
 #include <algorithm>

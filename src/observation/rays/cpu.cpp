@@ -4,10 +4,9 @@
 
 #include <numeric>
 
-#include "observation/rays/count_simd.hpp"
 #include "observation/rays/hidden.hpp"
-#include "observation/rays/project_simd.hpp"
 #include "observation/rays/rays.hpp"
+#include "observation/rays/simd.hpp"
 
 namespace stereogrid {
 namespace {

@@ -8,7 +8,7 @@
 // after foreach_target
 #include "hwy/highway.h"
 #include "numbers_simd.hpp"
-#include "observation/rays/project_simd.hpp"
+#include "observation/rays/simd.hpp"
 
 #include <algorithm>
 #include <bit>

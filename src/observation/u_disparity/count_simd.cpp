@@ -7,8 +7,8 @@
 // after foreach_target
 #include "hwy/cache_control.h"
 #include "hwy/highway.h"
-#include "observation/u_disparity/count_simd.hpp"
 #include "observation/u_disparity/model.hpp"
+#include "observation/u_disparity/simd.hpp"
 #include "observation/u_disparity/vectors_simd.hpp"
 
 #include <algorithm>

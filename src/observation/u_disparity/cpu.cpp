@@ -5,9 +5,8 @@
 #include <array>
 #include <limits>
 
-#include "observation/u_disparity/count_simd.hpp"
-#include "observation/u_disparity/infer_simd.hpp"
 #include "observation/u_disparity/model.hpp"
+#include "observation/u_disparity/simd.hpp"
 #include "observation/u_disparity/u_disparity.hpp"
 
 namespace stereogrid {

@@ -6,8 +6,8 @@
 #include "hwy/foreach_target.h"                                      // IWYU pragma: keep
 // after foreach_target
 #include "hwy/highway.h"
-#include "observation/u_disparity/infer_simd.hpp"
 #include "observation/u_disparity/model.hpp"
+#include "observation/u_disparity/simd.hpp"
 #include "observation/u_disparity/vectors_simd.hpp"
 
 HWY_BEFORE_NAMESPACE();

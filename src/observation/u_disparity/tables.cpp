@@ -3,8 +3,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "observation/u_disparity/count_simd.hpp"
 #include "observation/u_disparity/model.hpp"
+#include "observation/u_disparity/simd.hpp"
 #include "observation/u_disparity/u_disparity.hpp"
 
 namespace stereogrid {

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Exported function of libstereogrid_cuda.so.
-#include "pipeline/build_id.hpp"
 #include "pipeline/cuda/stages.hpp"
 #include "pipeline/cuda_library.hpp"
 

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <utility>
 
-#include "geometry/match_lattice.hpp"
+#include "images/patch.hpp"
 #include "pipeline/results.hpp"
-#include "pipeline/stopwatch.hpp"
+#include "pipeline/stages.hpp"
 
 namespace stereogrid {
 namespace {

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "hostile_run.hpp"
-#include "pipeline/frame_clock.hpp"
+#include "pipeline/frame_input.hpp"
 #include "stereogrid/error.hpp"
 
 namespace stereogrid::test {

@@ -6,10 +6,8 @@
 #include <cmath>
 
 #include "images/patch.hpp"
-#include "matching/checks/classify_simd.hpp"
-#include "matching/checks/texture_simd.hpp"
-#include "matching/correlation/correlate_simd.hpp"
-#include "matching/surfaces_simd.hpp"
+#include "matching/checks/simd.hpp"
+#include "matching/correlation/simd.hpp"
 #include "obstacles/segmentation/upright_row.hpp"
 #include "plain_places.hpp"
 #include "terrain/medians.hpp"

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "pipeline/build_id.hpp"
+#include "pipeline/cuda_library.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/pipeline.hpp"
 #include "street.hpp"

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Libraries that the core must not use.
-#include "pipeline/build_id.hpp"
 #include "pipeline/cuda_library.hpp"
 
 #if defined OTHER_SOURCES

@@ -9,8 +9,8 @@
 #include <cmath>
 #include <vector>
 
-#include "geometry/match_lattice.hpp"
 #include "ground/plane_numbers.hpp"
+#include "images/patch.hpp"
 
 namespace stereogrid::test {
 namespace {

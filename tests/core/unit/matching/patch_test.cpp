@@ -6,7 +6,6 @@
 
 #include <cmath>
 
-#include "geometry/match_lattice.hpp"
 #include "images/patch_formulas.hpp"
 #include "support.hpp"
 

@@ -11,7 +11,7 @@
 
 #include "backend/cpu.hpp"
 #include "backend/reference.hpp"
-#include "observation/rays/project_simd.hpp"
+#include "observation/rays/simd.hpp"
 #include "support.hpp"
 #include "targets.hpp"
 

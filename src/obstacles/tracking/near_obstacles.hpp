@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "filter/retained_cell.hpp"
+#include "fusion/model.hpp"
 #include "geometry/road_plane.hpp"
 #include "ground/frame_validator.hpp"
 #include "memory_bytes.hpp"

@@ -8,9 +8,9 @@
 #include <limits>
 
 #include "clamped_to_int.hpp"
-#include "geometry/match_lattice.hpp"
 #include "geometry/road_plane.hpp"
-#include "obstacles/segmentation/near_obstacles.hpp"
+#include "images/patch.hpp"
+#include "obstacles/tracking/near_obstacles.hpp"
 
 namespace stereogrid {
 namespace {

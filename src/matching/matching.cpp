@@ -1,11 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-//
-// Parameters that every back end derives from a MatchingConfig.
+#include "matching/matching.hpp"
+
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 
-#include "matching/matching.hpp"
+#include "matching/correlation/simd.hpp"
 #include "matching/semi_global/semi_global.hpp"
 
 namespace stereogrid {
@@ -48,6 +49,23 @@ ConfidenceModel confidence_model(const MatchingConfig& config) {
 
 int uniqueness_1024(const MatchingConfig& config) {
   return static_cast<int>(std::lround(config.uniqueness * 1024));
+}
+
+MatchingWorkspace::MatchingWorkspace(int width, int height, const MatchingConfig& config, int threads)
+    : left{width, height, row_overrun},
+      right{width, height, row_overrun},
+      sheared{width, height, row_overrun},
+      textured{width, height, row_overrun},
+      speckles{width, height, threads},
+      rows(static_cast<std::size_t>(threads), RowCandidates{width}),
+      decisions(static_cast<std::size_t>(threads), ClassifyWorkspace{width}),
+      textures(static_cast<std::size_t>(threads), TextureWorkspace{width, config.window_px / 2}) {
+  if (config.method == MatchingMethod::semi_global) {
+    for (auto* census : {&census_left, &census_right, &census_sheared}) *census = {width, height, row_overrun};
+  } else {
+    const int border{correlate_border(upright_shifts(config))};
+    for (auto* census : {&short_left, &short_right_reversed, &short_sheared}) *census = {width, height, border};
+  }
 }
 
 }  // namespace stereogrid

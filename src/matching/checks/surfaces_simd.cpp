@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Compiled once per instruction set; Highway picks one at run time. Vectors run along the pixels of a row.
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "matching/surfaces_simd.cpp"  // NOLINT
-#include "hwy/foreach_target.h"                          // IWYU pragma: keep
+#define HWY_TARGET_INCLUDE "matching/checks/surfaces_simd.cpp"  // NOLINT
+#include "hwy/foreach_target.h"                                 // IWYU pragma: keep
 // after foreach_target
 #include "hwy/highway.h"
-#include "matching/surfaces_simd.hpp"
+#include "matching/checks/simd.hpp"
 
 #include <cstddef>
 #include <cstdint>

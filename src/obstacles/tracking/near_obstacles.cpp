@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "obstacles/segmentation/near_obstacles.hpp"
+#include "obstacles/tracking/near_obstacles.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,8 +8,8 @@
 #include <tuple>
 
 #include "clamped_to_int.hpp"
-#include "geometry/match_lattice.hpp"
 #include "geometry/road_plane.hpp"
+#include "images/patch.hpp"
 
 namespace stereogrid {
 namespace {

@@ -2,10 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
 #include "matching/checks/candidates.hpp"
+#include "matching/padded.hpp"
 #include "memory_bytes.hpp"
 
 namespace stereogrid {
@@ -49,5 +51,35 @@ struct DecideRow {
 /// Label and disparity of a row's pixels: the cheaper hypothesis (winner_of), if its minimum is clear and its window
 /// textured, and if no cheaper pixel of the row claims the same place of the right image with another disparity.
 void classify_row(const DecideRow& row, ClassifyWorkspace& space);
+
+/// Working memory of texture_rows.
+struct TextureWorkspace {
+  TextureWorkspace() = default;
+  TextureWorkspace(int width, int half_window);
+
+  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(columns, fours); }
+
+  std::vector<std::uint16_t> columns;  ///< [half_window + u]: contrast summed over the window's rows
+  std::vector<std::int32_t> fours;     ///< [u]: sums of four columns
+};
+
+/// textured = 1 where the window's sum of |L(u+1) − L(u−1)| is at least `least`, else 0, for the rows begin … end − 1;
+/// the border is repeated.
+void texture_rows(const Padded<std::uint8_t>& left, int half_window, std::int32_t least, int begin, int end,
+                  TextureWorkspace& space, Padded<std::uint8_t>& textured);
+
+/// Relations of the pixels of a row to their neighbours, a bit each, pixel 0's the lowest of the first word. Words
+/// cover pixel `width`, too, which none continues.
+struct SurfaceBits {
+  std::vector<std::uint64_t> is_measured;      ///< there is a disparity
+  std::vector<std::uint64_t> continues_left;   ///< same label as the pixel before, disparities within 1 px
+  std::vector<std::uint64_t> continues_above;  ///< likewise with the pixel above
+};
+
+/// Joins a row's two disparity images (px, 0 = none) in `labelled`: obstacle disparity, minus road disparity, or 0.
+/// Finds neighbours on one surface. `labelled` and `above`, the row above in the same form, begin with a 0 before the
+/// row and end with 64 zeros.
+void flag_surfaces(const float* obstacle, const float* road, const float* above, int width, float* labelled,
+                   SurfaceBits& bits);
 
 }  // namespace stereogrid
