@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cstdint>
+#include <cstdlib>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 #include <string>
@@ -93,6 +94,58 @@ cv::Mat decode_pnm(const std::string& file, std::string_view bytes) {
     fill<std::uint8_t>(image, [&] { return *at++; });
   }
   if (is_colour) cv::cvtColor(image, image, cv::COLOR_RGB2BGR);
+  return image;
+}
+
+namespace {
+
+std::uint32_t little_endian(std::string_view bytes, std::size_t at, std::size_t count) {
+  std::uint32_t value{0};
+  for (std::size_t i{count}; i > 0; --i) value = value << 8 | static_cast<std::uint8_t>(bytes[at + i - 1]);
+  return value;
+}
+
+/// Replaces 8-bit indices by their colours (B G R 0). A grey palette makes a grey image.
+cv::Mat coloured(const cv::Mat& indices, std::string_view palette) {
+  cv::Mat4b colours(1, 256, cv::Vec4b{});
+  std::ranges::copy(palette.substr(0, 1024), colours.ptr<char>());
+  cv::Mat3b table;
+  cv::cvtColor(colours, table, cv::COLOR_BGRA2BGR);
+  cv::Mat image;
+  cv::cvtColor(indices, image, cv::COLOR_GRAY2BGR);
+  cv::LUT(image, table, image);
+  const bool is_grey{std::ranges::all_of(table, [](const cv::Vec3b& c) { return c[0] == c[1] && c[1] == c[2]; })};
+  if (is_grey) cv::extractChannel(image, image, 0);
+  return image;
+}
+
+}  // namespace
+
+cv::Mat decode_bmp(const std::string& file, std::string_view bytes) {
+  constexpr std::uint32_t head_bytes{54};
+  if (bytes.size() < head_bytes || bytes.size() < little_endian(bytes, 2, 4)) {
+    fail_damaged(file, "is a truncated BMP (its end is missing).");
+  }
+  const std::uint32_t pixels{little_endian(bytes, 10, 4)};
+  const std::uint32_t palette{14 + little_endian(bytes, 14, 4)};
+  const auto width{static_cast<std::int32_t>(little_endian(bytes, 18, 4))};
+  const auto signed_height{static_cast<std::int32_t>(little_endian(bytes, 22, 4))};
+  const auto height{static_cast<std::uint64_t>(std::abs(std::int64_t{signed_height}))};
+  check_size(file, static_cast<std::uint64_t>(std::max(width, 0)), height);
+  const std::uint32_t bits{little_endian(bytes, 28, 2)};
+  if ((bits != 8 && bits != 24 && bits != 32) || little_endian(bytes, 30, 4) != 0) {
+    fail_unsupported(file, "is a compressed BMP, or one without 8, 24 or 32 bits a pixel.");
+  }
+  const std::size_t row_bytes{(static_cast<std::size_t>(width) * bits / 8 + 3) / 4 * 4};
+  if (pixels < head_bytes || pixels > bytes.size() || bytes.size() - pixels < row_bytes * height || palette > pixels) {
+    fail_damaged(file, "is a truncated BMP (its end is missing).");
+  }
+  const cv::Mat stored{static_cast<int>(height), width, CV_8UC(static_cast<int>(bits) / 8),
+                       const_cast<char*>(bytes.data() + pixels), row_bytes};
+  cv::Mat image{stored.clone()};
+  if (signed_height > 0) cv::flip(stored, image, 0);
+  if (bits == 8) return coloured(image, bytes.substr(palette, pixels - palette));
+  if (bits == 32) cv::cvtColor(image, image, cv::COLOR_BGRA2BGR);
   return image;
 }
 
