@@ -1,7 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "cli/commands.hpp"
 #include "cli/program.hpp"
 
 namespace {

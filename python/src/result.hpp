@@ -45,7 +45,4 @@ struct Result {
 /// A Result in Python.
 using ResultObject = nanobind::typed<nanobind::object, Result>;
 
-/// Adds the class of images between the stages.
-void bind_stages(nanobind::module_& module);
-
 }  // namespace stereogrid::python

@@ -12,8 +12,8 @@
 #include <span>
 #include <utility>
 
-#include "cli/commands.hpp"
-#include "cli/progress.hpp"
+#include "cli/console.hpp"
+#include "cli/program.hpp"
 #include "compare/methods.hpp"
 #include "pose_stage.hpp"
 #include "stereogrid/error.hpp"

@@ -5,7 +5,6 @@
 #include <memory>
 #include <string>
 
-#include "cli/option_checks.hpp"
 #include "cli/program.hpp"
 #include "compare/compare.hpp"
 

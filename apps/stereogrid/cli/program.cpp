@@ -2,8 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/program.hpp"
 
+#include <charconv>
+#include <optional>
+
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
+
 #ifdef __GLIBC__
 #include <malloc.h>
 #endif
@@ -19,7 +23,6 @@
 #include <string>
 #include <vector>
 
-#include "cli/commands.hpp"
 #include "cli/console.hpp"
 #include "device_options.hpp"
 #include "stereogrid/error.hpp"
@@ -218,6 +221,36 @@ int run_program(int argc, char** argv, const char* name, Describe describe) {
   flush_errors();
   const bool is_failure{!lost.empty() && exit_code == exit_done && interrupted() == 0};
   return is_failure ? exit_try_again : exit_code;
+}
+
+namespace {
+
+template <class Number>
+std::optional<Number> parsed(const std::string& text) {
+  Number value{};
+  const char* const end{text.data() + text.size()};
+  const auto [stop, error]{std::from_chars(text.data(), end, value)};
+  if (error != std::errc{} || stop != end) return std::nullopt;
+  return value;
+}
+
+}  // namespace
+
+OptionCheck whole_number(std::uint64_t minimum, std::uint64_t maximum) {
+  return [=](const std::string& text) {
+    const auto value{parsed<std::uint64_t>(text)};
+    const bool octal{text.size() > 1 && text.front() == '0'};
+    if (text.empty() || (value && !octal && *value >= minimum && *value <= maximum)) return std::string{};
+    return fmt::format("{} is no whole number from {} to {}.", text, minimum, maximum);
+  };
+}
+
+OptionCheck number(double minimum, double maximum) {
+  return [=](const std::string& text) {
+    const auto value{parsed<double>(text)};
+    if (text.empty() || (value && *value >= minimum && *value <= maximum)) return std::string{};  // not for nan
+    return fmt::format("{} is no number from {:g} to {:g}.", text, minimum, maximum);
+  };
 }
 
 }  // namespace stereogrid::app

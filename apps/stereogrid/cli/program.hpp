@@ -2,11 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
-
-#include "cli/option_checks.hpp"
 
 // NOLINTNEXTLINE(readability-identifier-naming): CLI11's own name
 namespace CLI {
@@ -15,6 +14,36 @@ class Option;
 }  // namespace CLI
 
 namespace stereogrid::app {
+
+class Command;
+
+/// Exit codes of the program.
+enum ExitCode : int {
+  exit_done = 0,
+  exit_usage = 64,         ///< wrong arguments or settings
+  exit_input = 65,         ///< input that cannot be used
+  exit_bug = 70,           ///< our fault
+  exit_try_again = 75,     ///< disk full, device missing, input away
+  exit_signal_base = 128,  ///< plus the number of the signal that stopped us
+};
+
+// Each adds a sub-command to the tool; running it sets `exit_code` or throws.
+void add_run_command(Command tool, int& exit_code);
+void add_simulate_command(Command tool, int& exit_code);
+void add_evaluate_command(Command tool, int& exit_code);
+void add_export_command(Command tool, int& exit_code);
+void add_info_command(Command tool, int& exit_code);
+void add_live_command(Command tool, int& exit_code);
+void add_view_command(Command tool, int& exit_code);
+void add_config_command(Command tool);
+
+/// Returns the fault of an option's value; "": none.
+using OptionCheck = std::function<std::string(const std::string& value)>;
+
+/// In decimal digits, both ends included. CLI11's own reading wraps -1 around and takes 010 for eight.
+[[nodiscard]] OptionCheck whole_number(std::uint64_t minimum, std::uint64_t maximum);
+/// Both ends included; CLI11's own range lets nan through.
+[[nodiscard]] OptionCheck number(double minimum, double maximum);
 
 // The command line. Only program.cpp includes CLI11, which would cost each file seconds of compile time.
 

@@ -6,7 +6,6 @@
 #include <string>
 #include <type_traits>
 
-#include "cli/commands.hpp"
 #include "cli/config_options.hpp"
 #include "cli/console.hpp"
 #include "cli/program.hpp"

@@ -7,10 +7,8 @@
 #include <string>
 #include <string_view>
 
-#include "cli/commands.hpp"
 #include "cli/console.hpp"
 #include "cli/program.hpp"
-#include "cli/progress.hpp"
 #include "connect/page.hpp"
 #include "evaluate/figures.hpp"
 #include "evaluate/output.hpp"

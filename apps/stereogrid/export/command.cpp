@@ -12,9 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "cli/commands.hpp"
+#include "cli/console.hpp"
 #include "cli/program.hpp"
-#include "cli/progress.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/nav2_map.hpp"

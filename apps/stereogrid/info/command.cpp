@@ -8,11 +8,9 @@
 #include <memory>
 #include <string>
 
-#include "cli/commands.hpp"
 #include "cli/config_options.hpp"
 #include "cli/console.hpp"
 #include "cli/program.hpp"
-#include "cli/progress.hpp"
 #include "diagnostics/own_vehicle.hpp"
 #include "diagnostics/pose_check.hpp"
 #include "info/look.hpp"

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <memory>
 
-#include "cli/commands.hpp"
 #include "cli/program.hpp"
 #include "live/live.hpp"
 

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <memory>
 
-#include "cli/commands.hpp"
 #include "cli/program.hpp"
 #include "run/run.hpp"
 #include "stereogrid/error.hpp"

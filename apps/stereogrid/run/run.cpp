@@ -10,8 +10,8 @@
 #include <string>
 #include <utility>
 
-#include "cli/commands.hpp"
 #include "cli/console.hpp"
+#include "cli/program.hpp"
 #include "diagnostics/frame_tally.hpp"
 #include "diagnostics/pose_check.hpp"
 #include "input.hpp"

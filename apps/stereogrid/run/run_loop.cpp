@@ -12,9 +12,8 @@
 #include <cstdlib>
 #include <utility>
 
-#include "cli/commands.hpp"
 #include "cli/console.hpp"
-#include "cli/progress.hpp"
+#include "cli/program.hpp"
 #include "diagnostics/frame_tally.hpp"
 #include "run/resume.hpp"
 #include "stereogrid/error.hpp"

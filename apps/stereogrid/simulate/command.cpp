@@ -9,10 +9,8 @@
 #include <optional>
 #include <string>
 
-#include "cli/commands.hpp"
 #include "cli/console.hpp"
 #include "cli/program.hpp"
-#include "cli/progress.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/truth.hpp"
 #include "stereogrid/scenes/scene.hpp"

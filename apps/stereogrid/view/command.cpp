@@ -10,7 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "cli/commands.hpp"
 #include "cli/console.hpp"
 #include "cli/program.hpp"
 #include "connect/page.hpp"
