@@ -88,6 +88,17 @@ ROOMS = (
     Room("apps", APP, r"(opencv2|nlohmann|fmt|spdlog)/.*|(sys/)?\w+\.h"),
 )
 
+# rooms in their order: a file includes those of its own room and of the rooms before it, never of a later one
+ORDERS = {
+    "src": ("backend", "geometry", "images", "matching", "ground", "terrain", "observation", "fusion", "filter", "motion",
+            "obstacles/segmentation", "obstacles/tracking", "pipeline"),
+    "io/src": ("files", "input", "vision", "run_folder"),
+    "mcap/src": ("read", "write", "bag"),
+    "server/src": ("foxglove", "http", "net"),
+    "scenes": ("world", "layouts", "render", "truth"),
+    "apps/stereogrid": ("pictures", "locks", "cli", "diagnostics", "connect", "live", "ros2"),
+}
+
 
 def files_of(root: Path) -> list[str]:
     """Files that belong to the project: what git would track, or all where this is no git checkout."""
@@ -115,6 +126,17 @@ def include_violation(root: Path, name: str, included: str) -> "str | None":
         if path.is_file() and path.is_relative_to((root / allowed).resolve()):
             return None
     return f"{room.folder}/ must not include {included}: dependencies point inwards (ARCHITECTURE.md)"
+
+
+def order_violation(name: str, included: str) -> "str | None":
+    """An include of a room that comes later in the order of its part of the tree."""
+    for part, rooms in ORDERS.items():
+        if not name.startswith(part + "/"):
+            continue
+        at, wanted = ([i for i, room in enumerate(rooms) if path.startswith(room + "/")] for path in (name[len(part) + 1:], included))
+        if at and wanted and wanted[0] > at[0]:
+            return f"{rooms[at[0]]}/ comes before {rooms[wanted[0]]}/ and must not include it: {included} (ORDERS in tests/rules/check.py)"
+    return None
 
 
 def not_exported(lines: list[str]) -> list[int]:
@@ -170,7 +192,7 @@ def violations(root: Path, names: list[str]) -> list[str]:
             if name.startswith(("io/", "mcap/", "rosbag/", "apps/stereogrid/")) and name != PATH_QUERIES and PATH_QUERY.search(line):
                 found.append(f"{name}:{number}: takes a file system that is away for a missing file; take io/paths.hpp")
             include = re.match(r'\s*#\s*include\s*[<"]([^>"]+)[>"]', line) if path.suffix in CODE else None
-            if include and (sentence := include_violation(root, name, include[1])):
+            if include and (sentence := include_violation(root, name, include[1]) or order_violation(name, include[1])):
                 found.append(f"{name}:{number}: {sentence}")
     return found
 

@@ -57,6 +57,14 @@ class Rules(unittest.TestCase):
                 self.assert_forbidden(header, other)
         self.assert_forbidden("include/stereogrid/new.hpp", '"stereogrid/io/npz.hpp"')
 
+    def test_rooms_include_those_before_them(self):
+        for name in ("src/images/patch.hpp", "src/filter/filter.hpp", "io/src/files/file.hpp", "io/src/input/layout/layout.hpp"):
+            self.write(name, LICENCE)
+        self.assert_allowed("src/filter/new.cpp", '"images/patch.hpp"')
+        self.assert_forbidden("src/images/new.cpp", '"filter/filter.hpp"')
+        self.assert_allowed("io/src/input/new.cpp", '"files/file.hpp"')
+        self.assert_forbidden("io/src/files/new.cpp", '"input/layout/layout.hpp"')
+
     def test_what_public_headers_declare_is_exported(self):
         for header in ("include/stereogrid/new.hpp", "io/include/stereogrid/io/new.hpp"):
             for text in ("void set(int value);", "[[nodiscard]] std::string get(int key,\n                  int other);",
