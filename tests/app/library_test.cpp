@@ -4,7 +4,6 @@
 // Search paths of libstereogrid_cuda.so. A text file stands for it; the error names the file that could not be loaded.
 #include <fstream>
 
-#include "process.hpp"
 #include "support.hpp"
 
 namespace stereogrid::app::testing {

@@ -16,7 +16,6 @@
 #include <sstream>
 #include <thread>
 
-#include "process.hpp"
 #include "stereogrid/mcap/bag.hpp"
 #include "support.hpp"
 

@@ -6,7 +6,6 @@
 
 #include <fstream>
 
-#include "process.hpp"
 #include "stereogrid/io/image_file.hpp"
 #include "support.hpp"
 

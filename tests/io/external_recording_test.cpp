@@ -1,7 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 // Recordings that give disparities instead of right images.
-#include "recordings.hpp"
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/opencv_matcher.hpp"
 #include "stereogrid/io/recording.hpp"

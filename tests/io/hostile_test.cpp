@@ -7,7 +7,6 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "recordings.hpp"
 #include "stereogrid/io/calibration.hpp"
 #include "stereogrid/io/config_file.hpp"
 #include "stereogrid/io/file.hpp"
@@ -15,6 +14,7 @@
 #include "stereogrid/io/npz.hpp"
 #include "stereogrid/io/poses.hpp"
 #include "stereogrid/io/recording.hpp"
+#include "support.hpp"
 
 // Malicious files, and some accidental ones.
 namespace stereogrid::io::testing {

@@ -3,8 +3,8 @@
 // Other arrangements of images than left/ and right/: other names, both cameras in one image or folder, videos, EuRoC.
 #include <cstdlib>
 
-#include "recordings.hpp"
 #include "stereogrid/io/recording.hpp"
+#include "support.hpp"
 
 namespace stereogrid::io::testing {
 namespace {

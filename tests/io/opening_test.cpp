@@ -4,7 +4,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "recordings.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "support.hpp"

@@ -4,7 +4,6 @@
 
 #include <opencv2/imgcodecs.hpp>
 
-#include "recordings.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/frame_queue.hpp"
 #include "support.hpp"

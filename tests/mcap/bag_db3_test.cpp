@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <iterator>
 
-#include "bag_support.hpp"
 #include "stereogrid/io/file.hpp"
+#include "support.hpp"
 
 namespace stereogrid::mcap::testing {
 namespace {

@@ -7,9 +7,9 @@
 #include <chrono>
 
 #include "bag/bags.hpp"
-#include "bag_support.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/mcap/reader.hpp"
+#include "support.hpp"
 
 namespace stereogrid::mcap::testing {
 namespace {

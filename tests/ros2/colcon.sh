@@ -42,7 +42,7 @@ else
   echo "Messages: stand-ins; scripts/install-dependencies.sh --python installs the real packages"
   ros=
   for name in geometry_msgs sensor_msgs stereo_msgs; do
-    export_stand_in $name ${name}__rosidl_typesupport_cpp "${stand_in}_messages"
+    export_stand_in $name ${name}__rosidl_typesupport_cpp "$build/tests/ros2/stand_in_messages"
   done
 fi
 cat >>"$work/stand_in/share/rclcpp_components/cmake/rclcpp_componentsConfig.cmake" <<'MACRO'

@@ -9,7 +9,6 @@
 #include <thread>
 #include <vector>
 
-#include "process.hpp"
 #include "support.hpp"
 
 namespace stereogrid::app::testing {

@@ -9,7 +9,6 @@
 #include <fstream>
 #include <thread>
 
-#include "process.hpp"
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/mcap/bag.hpp"
 #include "stereogrid/messages/cdr.hpp"

@@ -9,7 +9,6 @@
 
 #include <thread>
 
-#include "process.hpp"
 #include "support.hpp"
 
 namespace stereogrid::app::testing {

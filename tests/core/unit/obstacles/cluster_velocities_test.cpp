@@ -6,7 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "clusters_of.hpp"
 #include "flow_vectors.hpp"
 #include "obstacles/tracking/tracking.hpp"
 #include "painted_obstacles.hpp"

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "clusters_of.hpp"
+#include "flow_vectors.hpp"
 #include "painted_obstacles.hpp"
 #include "support.hpp"
 
