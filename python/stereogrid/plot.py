@@ -12,12 +12,15 @@ from typing import Any
 import matplotlib.pyplot as plt
 import numpy as np
 
-from . import Frame, FrameResult, GridGeometry, Obstacle, Rig
+from . import Frame, FrameResult, GridGeometry, Obstacle, Pose, Rig, Run
 
 MOVING_MPS = 1.0
 """Cells and obstacles below this speed have no arrow."""
 NEAR_M = 10.0
 """Static objects within this distance are drawn with their height."""
+FAST_MPS = 15.0
+"""Speed of the last colour of tracks()."""
+RULER = "#3c82be"
 
 
 def _extent(grid: GridGeometry) -> tuple[float, float, float, float]:
@@ -26,13 +29,39 @@ def _extent(grid: GridGeometry) -> tuple[float, float, float, float]:
     return y_min, y_max, x_min, x_max
 
 
-def _draw_map(axes: Any, grid: GridGeometry, values: Any, **style: Any) -> Any:
+def centers(grid: GridGeometry) -> tuple[Any, Any]:
+    """x and y of the cells' centers, (ny, nx)."""
+    x = grid.x_min_m + (np.arange(grid.nx) + 0.5) * grid.cell_size_m
+    y = grid.y_min_m + (np.arange(grid.ny) + 0.5) * grid.cell_size_m
+    return tuple(np.meshgrid(x, y))
+
+
+def cells(grid: GridGeometry, values: Any, axes: Any, **style: Any) -> Any:
+    """Draws values [iy, ix] of a grid's cells from above; returns the image. style: that of imshow()."""
     image = axes.imshow(np.asarray(values).T, origin="lower", extent=_extent(grid), interpolation="nearest", **style)
     axes.set_xlim(*reversed(_extent(grid)[:2]))
+    axes.set_ylim(*_extent(grid)[2:])
     axes.set_xlabel("y (m)")
     axes.set_ylabel("x (m)")
     axes.set_aspect("equal")
     return image
+
+
+def occupancies(grid: GridGeometry, values: Any, axes: Any) -> Any:
+    """Draws probabilities from above: white free, black occupied, grey unknown. Returns the image."""
+    return cells(grid, values, axes, cmap="gray_r", vmin=0, vmax=1)
+
+
+def rulers(rig: Rig, grid: GridGeometry, axes: Any) -> None:
+    """Draws the field of view and distances."""
+    x_max = grid.extent[1]
+    left, right = rig.cx_px / rig.focal_px, (rig.width_px - rig.cx_px) / rig.focal_px
+    for slope in (left, -right):
+        axes.plot((0, slope * x_max), (0, x_max), color=RULER, linewidth=0.8)
+    angles = np.linspace(-np.arctan(right), np.arctan(left), 60)
+    step = 20 if x_max > 60 else 5 if x_max > 12 else 1
+    for radius in np.arange(step, 1.5 * x_max, step):
+        axes.plot(radius * np.sin(angles), radius * np.cos(angles), color=RULER, linewidth=0.8)
 
 
 def _arrows(axes: Any, result: FrameResult, every: int) -> None:
@@ -40,10 +69,9 @@ def _arrows(axes: Any, result: FrameResult, every: int) -> None:
     shown = (result.occupancy > 0.5) & (np.hypot(vx, vy) > MOVING_MPS)
     shown[np.arange(shown.shape[0]) % every != 0, :] = False
     shown[:, np.arange(shown.shape[1]) % every != 0] = False
-    iy, ix = np.nonzero(shown)
-    x = result.grid.x_min_m + (ix + 0.5) * result.grid.cell_size_m
-    y = result.grid.y_min_m + (iy + 0.5) * result.grid.cell_size_m
-    axes.quiver(y, x, vy[iy, ix], vx[iy, ix], color="tab:blue", angles="xy", scale_units="xy", scale=4, width=0.004)
+    x, y = centers(result.grid)
+    style = {"color": "tab:blue", "angles": "xy", "scale_units": "xy", "scale": 4, "width": 0.004}
+    axes.quiver(y[shown], x[shown], vy[shown], vx[shown], **style)
 
 
 def _closed(points: Any, obstacle: Obstacle) -> Any:
@@ -65,12 +93,11 @@ def grid(result: FrameResult, axes: Any = None, *, observed: bool = False, every
     every: distance of the arrows in cells.
     """
     axes = axes or plt.subplots()[1]
-    _draw_map(axes, result.grid, result.observed if observed else result.occupancy, cmap="gray_r", vmin=0, vmax=1)
+    occupancies(result.grid, result.observed if observed else result.occupancy, axes)
     if not observed:
         _arrows(axes, result, every)
     for obstacle in result.obstacles:
         _outline(axes, obstacle)
-    axes.set_ylim(*_extent(result.grid)[2:])  # obstacles reach beyond the grid
     axes.set_title(result.name)
     return axes
 
@@ -80,7 +107,7 @@ def elevation(result: FrameResult, axes: Any = None) -> Any:
     if result.elevation_m is None:
         raise ValueError("elevation: none in the result. Set ground.model to terrain.")
     axes = axes or plt.subplots()[1]
-    image = _draw_map(axes, result.grid, result.elevation_m, cmap="terrain")
+    image = cells(result.grid, result.elevation_m, axes, cmap="terrain")
     axes.figure.colorbar(image, ax=axes, label="elevation (m)")
     axes.set_title(result.name)
     return axes
@@ -126,3 +153,41 @@ def frame(frame: Frame, result: FrameResult) -> Any:
     overlay(frame, result, above)
     grid(result, below)
     return figure
+
+
+def _to_world(pose: Pose, x_m: float, y_m: float) -> tuple[float, float]:
+    c, s = np.cos(pose.yaw_rad), np.sin(pose.yaw_rad)
+    return pose.x_m + c * x_m - s * y_m, pose.y_m + s * x_m + c * y_m
+
+
+def tracks(run: Run, axes: Any = None, *, frames_min: int = 8) -> Any:
+    """Draws the paths of a run's obstacles in the world from above, x to the right.
+
+    Shows confirmed obstacles that were seen in at least frames_min frames. Paths of dynamic ones have the colour of
+    their median speed, with id and speed at the end; static ones are dots. Grey: the path of the vehicle.
+    """
+    axes = axes or plt.subplots(figsize=(12, 6), layout="constrained")[1]
+    paths: dict[int, list[tuple[float, float, float, bool]]] = {}
+    for frame in run.frames:
+        for o in frame.obstacles:
+            if o.confirmed and not o.coasting:
+                speed = float(np.hypot(o.vx_mps, o.vy_mps))
+                paths.setdefault(o.id, []).append((*_to_world(frame.pose, o.x_m, o.y_m), speed, o.moving))
+    axes.plot([frame.pose.x_m for frame in run.frames], [frame.pose.y_m for frame in run.frames], color="#bbbbbb", linewidth=5)
+    for number, path in sorted(paths.items()):
+        if len(path) < frames_min:
+            continue
+        x, y, speeds, moving = zip(*path)
+        speed = float(np.median(speeds))
+        if speed <= MOVING_MPS or 2 * sum(moving) <= len(path):
+            axes.plot(x[-1], y[-1], ".", color="#777777")
+            continue
+        color = plt.get_cmap("turbo")(speed / FAST_MPS)
+        axes.plot(x, y, color=color, linewidth=2)
+        axes.plot(x[-1], y[-1], "o", color=color)
+        label = f"{number}: {speed:.1f} m/s, {len(path)} frames"
+        axes.annotate(label, (x[-1], y[-1]), (5, 5), textcoords="offset points", color=color)
+    axes.set_aspect("equal")
+    axes.set_xlabel("x (m)")
+    axes.set_ylabel("y (m)")
+    return axes

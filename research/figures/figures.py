@@ -11,22 +11,25 @@ import sys
 import tempfile
 from pathlib import Path
 
+BUILT = Path(__file__).resolve().parents[2] / "build" / "release"
+sys.path.append(str(BUILT / "python"))  # where the package is not installed
 try:
     import matplotlib
     import numpy as np
+    import stereogrid  # noqa: F401
     from matplotlib.figure import Figure
 except ModuleNotFoundError as missing:
-    sys.exit(f"Python has no {missing.name}. Install it: apt install python3-matplotlib, and use /usr/bin/python3.")
+    sys.exit(f"Python has no {missing.name}. Install python3-matplotlib and the package (docs/python.md).")
 
 import equations
 import panels
-from run_folder import Complaint, Run
+from run_folder import Fault, Run
 
 SCENE, FRAMES = "scene:street?frames=45", "2:22"  # a person steps out from behind a parked car
-BUILT = Path(__file__).resolve().parents[2] / "build" / "release" / "bin"
 # runs beside the first one, and their settings: without the Gaussian, and with one of the paper's error rates raised
 VARIANTS = {"without_gaussian": ("paper.sigma_disparity=0", "paper.sigma_column=0"),
             "false_positive": ("paper.false_positive=0.25",), "false_negative": ("paper.false_negative=0.25",)}
+BASELINES = ("nearest_obstacle_paper", "nearest_obstacle", "lidar")
 MOMENTS, MOMENT_STEP = 3, 8  # moments of figure 7
 STYLE = {"figure.facecolor": panels.PAPER, "axes.titlelocation": "left", "axes.titlesize": "medium",
          "text.color": panels.INK, "savefig.dpi": 100, "figure.constrained_layout.w_pad": 0.15,
@@ -128,13 +131,13 @@ def figure_6(run, compared):
     panels.camera(left, run.left_image(), "(a) left image")
     panels.disparities(right, run.stages(), run, "(b) disparity")
     axes = below.subplots(1, 4)
-    panels.grid(axes[0], compared["nearest_obstacle_paper"], run, "(c) nearest obstacle, as in the paper")
+    panels.grid(axes[0], compared["nearest_obstacle_paper"]["observed"], run, "(c) nearest obstacle, as in the paper")
     panels.grid(axes[1], run.grids()["observed"], run, "(d) visibility-based, frame alone")
-    panels.grid(axes[2], compared["nearest_obstacle"], run, "(e) nearest obstacle, tuned")
+    panels.grid(axes[2], compared["nearest_obstacle"]["observed"], run, "(e) nearest obstacle, tuned")
     if (known := run.truth()) is not None:
         panels.truth(axes[3], known, run, "what is there")
-    elif "sweep" in compared:
-        panels.scan(axes[3], run.in_vehicle(compared["sweep"]), run, "lidar, from above")
+    elif "lidar" in compared:
+        panels.scan(axes[3], run.in_vehicle(compared["lidar"]["sweep"]), run, "lidar, from above")
     else:
         axes[3].set_axis_off()
     return figure
@@ -177,26 +180,23 @@ def figure_9(run, compared):
     axes = figure.subplots(1, 3)
     panels.grid(axes[0], grids["observed"], run, "(a) frame alone")
     panels.grid(axes[1], grids["occupancy"], run, "(b) filtered")
-    points = run.in_vehicle(compared["sweep"])
+    points = run.in_vehicle(compared["lidar"]["sweep"])
     panels.scan(axes[2], points, run, "(c) lidar, from above")
     return figure
 
 
 def draw(work):
-    """The figures by their number, of the runs in the folder `work`, and messages about those that are left out."""
+    """The figures by their number, of the runs in the folder `work`; the ninth needs a lidar sweep."""
     run = Run(work / "run")
     without_gaussian, *rates = (Run(work / name) for name in VARIANTS)
-    compared = work / "compared" / f"{run.name}.npz"
-    arrays = dict(np.load(compared)) if compared.is_file() else {}
+    compared = {folder.name: np.load(file) for folder in (work / "compared").iterdir()
+                if (file := folder / "grids" / f"{run.name}.npz").is_file()}
     with matplotlib.rc_context(STYLE):
         figures = {1: figure_1(run.bins), 2: figure_2(run.bins), 3: figure_3(run), 4: figure_4(run, without_gaussian),
-                   7: figure_7(run), 8: figure_8(run, rates)}
-        if arrays:
-            figures[6] = figure_6(run, arrays)
-        if "sweep" in arrays:
-            figures[9] = figure_9(run, arrays)
-    return figures, [f"Figure {number} is left out: frame {run.name} has no {needed}." for number, needed in
-                     ((6, "truth and no lidar sweep"), (9, "lidar sweep")) if number not in figures]
+                   6: figure_6(run, compared), 7: figure_7(run), 8: figure_8(run, rates)}
+        if "lidar" in compared:
+            figures[9] = figure_9(run, compared)
+    return figures
 
 
 def save(figures, out):
@@ -206,7 +206,7 @@ def save(figures, out):
             for number, figure in sorted(figures.items()):
                 figure.savefig(Path(out) / f"figure_{number}.png")
     except OSError as error:
-        raise Complaint(f"{out}: cannot be written ({error.strerror}).") from error
+        raise Fault(f"{out}: cannot be written ({error.strerror}).") from error
 
 
 def settings(values):
@@ -218,20 +218,12 @@ def make_runs(source, work, programs, options):
     tool = programs / "stereogrid"
 
     def run(program, *words):
-        return subprocess.run([program, "--quiet", *words], stdout=subprocess.DEVNULL, check=True)
+        return subprocess.run([program, *words], stdout=subprocess.DEVNULL, check=True)
 
-    if source.startswith("scene:"):
-        run(tool, "simulate", source, "--out", work / source.replace("/", "_"))
-        source = work / source.replace("/", "_")
-    run(tool, "run", source, "--out", work / "run", "--save-stages", *options)
+    run(tool, "run", "--quiet", source, "--out", work / "run", "--save-stages", *options)
     for name, changed in VARIANTS.items():
-        run(tool, "run", source, "--out", work / name, *options, *settings(changed))
-    try:
-        run(programs / "stereogrid-compare", source, "--grids", work / "compared", "--only",
-            "nearest_obstacle_paper,nearest_obstacle", *options)
-    except subprocess.CalledProcessError as error:
-        if error.returncode != 65:  # neither lidar nor truth, as it has said: the others can be drawn
-            raise
+        run(tool, "run", "--quiet", source, "--out", work / name, *options, *settings(changed))
+    run(programs / "stereogrid-baselines", work / "run", work / "compared", *BASELINES)
 
 
 def main():
@@ -241,25 +233,25 @@ def main():
     parser.add_argument("--frames", metavar="FIRST:LAST", help="as of `stereogrid run`; the last one is shown")
     parser.add_argument("--preset", default="paper", help="default: paper")
     parser.add_argument("--set", action="append", default=[], dest="settings", metavar="KEY=VALUE")
-    parser.add_argument("--programs", type=Path, default=BUILT, metavar="DIR", help=f"default: {BUILT}")
+    parser.add_argument("--programs", type=Path, default=BUILT / "bin", metavar="DIR",
+                        help="default: build/release/bin")
     given = parser.parse_args()
-    for program in ("stereogrid", "stereogrid-compare"):
+    for program in ("stereogrid", "stereogrid-baselines"):
         if not (given.programs / program).exists():
             sys.exit(f"{given.programs / program}: there is no such program. Build it: "
-                     "cmake --build build/release --target stereogrid_tool stereogrid_compare")
+                     "cmake --build build/release --target stereogrid_tool stereogrid_baselines")
     options = ["--preset", given.preset, *settings(given.settings)]
     frames = given.frames or (None if given.input else FRAMES)
     options += ["--frames", frames] if frames else []
     with tempfile.TemporaryDirectory() as work:
         try:
             make_runs(given.input or SCENE, Path(work), given.programs, options)
-            drawn, left_out = draw(Path(work))
-            save(drawn, given.out)
+            save(draw(Path(work)), given.out)
         except subprocess.CalledProcessError as error:  # the program has printed its message
             sys.exit(error.returncode)
-        except Complaint as complaint:
-            sys.exit(f"figures.py: {complaint}")
-    print("\n".join(left_out + [f"figures in {given.out}"]))
+        except Fault as fault:
+            sys.exit(f"figures.py: {fault}")
+    print(f"figures in {given.out}")
 
 
 if __name__ == "__main__":

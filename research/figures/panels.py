@@ -5,8 +5,9 @@ import numpy as np
 from matplotlib.colors import BoundaryNorm, FuncNorm, LinearSegmentedColormap, ListedColormap
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
+from stereogrid import plot
 
-INK, PAPER, RULER, UNMATCHED = "#202226", "#fafaf8", "#3c82be", "#c8cace"
+INK, PAPER, UNMATCHED = "#202226", "#fafaf8", "#c8cace"
 UPRIGHT, ROAD = (230 / 255, 40 / 255, 40 / 255), (50 / 255, 110 / 255, 1)
 # the paper's overlay, on P(T) before the Gaussian: a wall one bin deep hardly reaches 0.75 after it
 UPRIGHT_ABOVE, FREE_BELOW, TINT = 0.75, 0.4, 0.5
@@ -60,7 +61,7 @@ def distances(axes, rig, largest_px):
     right.set_ylim(axes.get_ylim())
     marks = []
     for depth in DEPTHS_M:
-        disparity = rig["focal_px"] * rig["baseline_m"] / depth
+        disparity = rig.focal_px * rig.baseline_m / depth
         if disparity < largest_px and (not marks or marks[-1][0] - disparity > 0.1 * largest_px):
             marks.append((disparity, f"{depth:g} m"))
     right.set_yticks([disparity for disparity, _ in marks], labels=[text for _, text in marks])
@@ -92,46 +93,23 @@ def counts(axes, values, run, title):
     bar.ax.set_yticklabels([f"{tick:g}" for tick in bar.get_ticks()])
 
 
-def rulers(axes, run):
-    """Draws the field of view and distances."""
-    rig, grid = run.rig, run.grid
-    far = grid["x_min_m"] + grid["nx"] * grid["cell_size_m"]
-    left = rig["cx_px"] / rig["focal_px"]
-    right = (rig["width_px"] - rig["cx_px"]) / rig["focal_px"]
-    for slope in (left, -right):
-        axes.plot((0, slope * far), (0, far), color=RULER, linewidth=0.8)
-    angles = np.linspace(-np.arctan(right), np.arctan(left), 60)
-    step = 20 if far > 60 else 5 if far > 12 else 1
-    for radius in np.arange(step, 1.5 * far, step):
-        axes.plot(radius * np.sin(angles), radius * np.cos(angles), color=RULER, linewidth=0.8)
-
-
-def from_above(axes, run, title):
-    """The vehicle frame: ahead is up, left is left."""
-    grid = run.grid
-    y_end, x_end = (grid[f"{a}_min_m"] + grid[f"n{a}"] * grid["cell_size_m"] for a in "yx")
-    rulers(axes, run)
-    axes.set(title=title, xlabel="to the left, y (m)", ylabel="ahead, x (m)", aspect="equal",
-             xlim=(y_end, grid["y_min_m"]), ylim=(grid["x_min_m"], x_end))
+def from_above(axes, values, run, title, **colours):
+    """Values [iy, ix] of a grid's cells in the vehicle frame: ahead is up, left is left."""
+    plot.rulers(run.rig, run.grid, axes)
+    image = plot.cells(run.grid, values, axes, **colours)
+    axes.set(title=title, xlabel="to the left, y (m)", ylabel="ahead, x (m)")
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MaxNLocator(5, steps=(1, 2, 5, 10)))
-    return (grid["y_min_m"], y_end, grid["x_min_m"], x_end)
-
-
-def cells(axes, values, run, title, **colours):
-    """Values [iy, ix] of a grid's cells."""
-    extent = from_above(axes, run, title)
-    return axes.imshow(values.T, origin="lower", extent=extent, interpolation="nearest", **colours)
+    return image
 
 
 def grid(axes, occupancy, run, title):
-    image = cells(axes, occupancy, run, title, cmap="gray_r", vmin=0, vmax=1)
-    colour_bar(axes, image, "occupancy", ticks=(0, 0.5, 1))
+    colour_bar(axes, from_above(axes, occupancy, run, title, cmap="gray_r", vmin=0, vmax=1), "occupancy", ticks=(0, 0.5, 1))
 
 
 def scan(axes, points, run, title):
     """Lidar returns from above, coloured by height; obstacles last, so that nothing hides them."""
-    from_above(axes, run, title)
+    from_above(axes, np.zeros((run.grid.ny, run.grid.nx)), run, title, cmap="gray_r", vmin=0, vmax=1)
     upright = (points[:, 2] >= UPRIGHT_FROM_M) & (points[:, 2] < UPRIGHT_TO_M)
     low = points[:, 2] < UPRIGHT_FROM_M
     (upright_colour, _), (low_colour, _), (high_colour, _) = SCAN_COLOURS
@@ -143,11 +121,11 @@ def scan(axes, points, run, title):
 def truth(axes, known, run, title):
     """Draws the true state of the cells and its visible part. `known`: state (0 hidden, 1 seen free, 2 seen occupied)
     and occupied."""
-    state, occupied = known["state"], known["occupied"] > 0
+    state, occupied = known.state, known.occupied > 0
     shown = np.where(state == 2, SEEN_OCCUPIED, np.where(state == 1, SEEN_FREE,
                                                          np.where(occupied, HIDDEN_OCCUPIED, HIDDEN)))
-    cells(axes, shown, run, title, cmap=ListedColormap([colour for colour, _ in TRUTH_COLOURS]),
-          norm=BoundaryNorm(np.arange(-0.5, 4), 4))
+    from_above(axes, shown, run, title, cmap=ListedColormap([colour for colour, _ in TRUTH_COLOURS]),
+               norm=BoundaryNorm(np.arange(-0.5, 4), 4))
     legend_below(axes, TRUTH_COLOURS)
 
 
@@ -174,11 +152,11 @@ def overlaid(image, occupancy, run, ground):
     occupied, blue on the road where it is free. `ground` as a frame's line has it."""
     rig, config = run.rig, run.bins
     height, width = image.shape
-    v = np.arange(height)[:, None] - rig["cy_px"] + rig["focal_px"] * np.tan(ground["pitch_rad"])
+    v = np.arange(height)[:, None] - rig.cy_px + rig.focal_px * np.tan(ground["pitch_rad"])
     if config["follow_roll"]:
-        v = v + np.tan(ground["roll_rad"]) * (np.arange(width) - rig["cx_px"])
+        v = v + np.tan(ground["roll_rad"]) * (np.arange(width) - rig.cx_px)
     v = np.broadcast_to(v, image.shape)  # rows below the horizon
-    per_metre = rig["baseline_m"] * np.cos(ground["pitch_rad"]) * len(occupancy) / run.disparities  # bins per row
+    per_metre = rig.baseline_m * np.cos(ground["pitch_rad"]) * len(occupancy) / run.disparities  # bins per row
     bins = np.floor(v * per_metre / ground["height_m"] + 0.5).astype(int)
     on_plane = (bins > 0) & (bins < len(occupancy))
     road = np.where(on_plane, occupancy[np.where(on_plane, bins, 0), np.arange(width)], 0.5) < FREE_BELOW

@@ -4,15 +4,14 @@
 import json
 from pathlib import Path
 
-import matplotlib.image
 import numpy as np
+import stereogrid
 
 LEVEL_BELOW_RAD = np.radians(1)
-LEFT_FOLDERS = ("left", "image_0", "image_2", "image_00/data", "image_02/data")
 
 
-class Complaint(Exception):
-    """Fault and its remedy."""
+class Fault(Exception):
+    """What is wrong, and its remedy."""
 
 
 class Run:
@@ -21,16 +20,19 @@ class Run:
     def __init__(self, folder):
         self.folder = Path(folder)
         about = json.loads((self.folder / "run.json").read_text())
-        self.rig, self.grid, self.config = (about[key] for key in ("rig", "grid", "config"))
+        run = stereogrid.read_run(folder)
+        self.rig, self.grid, self.config = run.rig, run.grid, about["config"]
         self.drive = Path(about["input"]["paths"][0])
-        if abs(self.rig["camera_pitch_rad"]) > LEVEL_BELOW_RAD:
-            raise Complaint(f"{self.drive}: the camera is pitched by more than 1°. Draw a drive with a level camera.")
+        if abs(self.rig.camera_pitch_rad) > LEVEL_BELOW_RAD:
+            raise Fault(f"{self.drive}: the camera is pitched by more than 1°. Draw a drive with a level camera.")
         self.disparities = self.config["matching"]["disparities"]
         self.bins = {**self.config["u_disparity"], **self.config["paper"]}
         lines = [json.loads(line) for line in (self.folder / "frames.jsonl").read_text().splitlines()]
         self.grounds = {line["name"]: line["ground"] for line in lines}
-        self.names = list(self.grounds)
-        self.name, self.ground = lines[-1]["name"], lines[-1]["ground"]
+        self.places = {frame.name: frame.index for frame in run.frames}
+        self.names = list(self.places)
+        self.name, self.ground = self.names[-1], lines[-1]["ground"]
+        self.recording = stereogrid.open(str(self.drive))
 
     def stages(self, name=None):
         return np.load(self.folder / "stages" / f"{name or self.name}.npz")
@@ -40,23 +42,13 @@ class Run:
 
     def left_image(self, name=None):
         """Grey, in [0, 1]."""
-        name = name or self.name
-        found = [self.drive] if self.drive.is_file() else [
-            file for folder in LEFT_FOLDERS for file in sorted((self.drive / folder).glob(f"{name}.*"))]
-        if not found:
-            raise Complaint(f"{self.drive}: has no left image of frame {name} in {', '.join(LEFT_FOLDERS)}.")
-        image = matplotlib.image.imread(found[0])
-        if image.dtype.kind in "ui":
-            image = image / (255 if image.max() < 256 else 65535)
-        return image if image.ndim == 2 else image[..., :3] @ (0.299, 0.587, 0.114)
+        return self.recording[self.places[name or self.name]].left / 255
 
     def truth(self):
-        """True state of the cells of a rendered drive (truth/cells); None: no truth of this grid."""
-        folder = self.drive / "truth"
-        cells = folder / "cells" / f"{self.name}.npz"
-        if not cells.is_file() or not self.grid.items() <= json.loads((folder / "grid.json").read_text()).items():
+        """True state of the cells of a scene or rendered drive; None: no truth of this grid."""
+        if not self.recording.has_truth or self.recording.truth_grid.grid != self.grid:
             return None
-        return np.load(cells)
+        return self.recording[self.places[self.name]].truth
 
     def in_vehicle(self, points):
         """Lidar returns of the left camera's frame in the vehicle's: x ahead, y to the left, height above the road."""

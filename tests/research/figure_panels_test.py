@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import figures_support  # noqa: F401 (first)
 import numpy as np
+import stereogrid
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
@@ -16,9 +17,8 @@ import panels
 import run_folder
 
 PAPER = {"false_positive": 0.02, "false_negative": 0.02, "tau_obstacle": 0.1, "tau_road": 0.1}
-RIG = {"width_px": 512, "height_px": 320, "focal_px": 410, "cx_px": 256, "cy_px": 160, "baseline_m": 0.22}
-FOUR_BY_EIGHT = SimpleNamespace(rig=RIG, grid={"x_min_m": 0, "y_min_m": -2, "cell_size_m": 0.5, "nx": 4, "ny": 8},
-                                disparities=8)
+RIG = SimpleNamespace(width_px=512, height_px=320, focal_px=410, cx_px=256, cy_px=160, baseline_m=0.22)
+FOUR_BY_EIGHT = SimpleNamespace(rig=RIG, grid=stereogrid.GridGeometry(0, -2, 0.5, 4, 8), disparities=8)
 
 
 def pixels(figure):
@@ -73,11 +73,11 @@ class Panels(unittest.TestCase):
             self.assert_colour(got, expected)
         self.assert_colour(none, "white")
 
-    def test_truth_tells_seen_from_hidden(self):
+    def test_truth_separates_seen_from_hidden(self):
         state, occupied = np.ones((8, 4), int), np.zeros((8, 4), int)
         state[7, 1], state[7, 2], state[7, 3] = 2, 0, 0
         occupied[7, 1] = occupied[7, 2] = 1
-        known = {"state": state, "occupied": occupied}
+        known = SimpleNamespace(state=state, occupied=occupied)
         got = colours_at(lambda axes: panels.truth(axes, known, FOUR_BY_EIGHT, ""),
                          [centre(1, 7), centre(2, 7), centre(0, 7), centre(3, 7)])
         for colour, (expected, _) in zip(got, panels.TRUTH_COLOURS):

@@ -1,12 +1,13 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""Finds research/figures, or ends a test as skipped where Matplotlib is missing."""
+"""Finds research/figures, or ends a test as skipped where Matplotlib or the package is missing."""
 import sys
 from pathlib import Path
 
 try:
     import matplotlib
     import numpy
+    import stereogrid  # noqa: F401
 except ImportError as error:
     print(f"skipped: {error.name} is not installed")
     sys.exit(77)

@@ -2,7 +2,7 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """The paper's figures show what the runs hold: figures_test.py PROGRAMS [unittest's arguments], where PROGRAMS is the
-folder of stereogrid and stereogrid-compare."""
+folder of stereogrid and stereogrid-baselines."""
 import subprocess
 import sys
 import tempfile
@@ -47,11 +47,12 @@ class Figures(unittest.TestCase):
     def test_they_show_the_runs_files(self):
         """Five frames of a street, with everything that the figures but the last need."""
         figures.make_runs(small("street", "&frames=5"), self.work, PROGRAMS, ["--preset", "paper", "--frames", "0:2"])
-        drawn, left_out = figures.draw(self.work)
-        self.assertEqual(left_out, ["Figure 9 is left out: frame 000002 has no lidar sweep."])
+        drawn = figures.draw(self.work)
+        self.assertEqual(sorted(drawn), [1, 2, 3, 4, 6, 7, 8])
         run = run_folder.Run(self.work / "run")
         stages, grids = run.stages(), run.grids()
-        compared = np.load(self.work / "compared" / "000002.npz")
+        nearest, nearest_paper = (np.load(self.work / "compared" / name / "grids/000002.npz")["observed"]
+                                  for name in ("nearest_obstacle", "nearest_obstacle_paper"))
         without, raised, unnoticed = (run_folder.Run(self.work / name).grids() for name in figures.VARIANTS)
         for number, title, expected in (
                 (3, "(b)", stages["observed_pixels"]), (3, "(d)", stages["visibility"]),
@@ -59,16 +60,15 @@ class Figures(unittest.TestCase):
                 (3, "(g) occupancy", stages["u_occupancy_smooth"]), (3, "(g) the same", grids["observed"].T),
                 (4, "(a)", stages["u_occupancy"]), (4, "(c)", without["observed"].T), (4, "(e)", grids["occupancy"].T),
                 (6, "(b)", np.maximum(stages["obstacle_disparity"], stages["road_disparity"])),
-                (6, "(c)", compared["nearest_obstacle_paper"].T), (6, "(d)", grids["observed"].T),
-                (6, "(e)", compared["nearest_obstacle"].T),
+                (6, "(c)", nearest_paper.T), (6, "(d)", grids["observed"].T),
+                (6, "(e)", nearest.T),
                 (7, "u-disparity grid", stages["u_occupancy"]), (7, "filtered", grids["occupancy"].T),
                 (8, "frame alone, P_FP = 0.02, P_FN = 0.02", grids["observed"].T),
                 (8, "frame alone, P_FP = 0.25, P_FN = 0.02", raised["observed"].T),
                 (8, "filtered, P_FP = 0.25, P_FN = 0.02", raised["occupancy"].T),
                 (8, "frame alone, P_FP = 0.02, P_FN = 0.25", unnoticed["observed"].T)):
             np.testing.assert_array_equal(panel(drawn[number], title).images[0].get_array(), expected, f"{number} {title}")
-        left = figures.matplotlib.image.imread(next((self.work).glob("scene*/left/000002.png")))
-        np.testing.assert_array_equal(panel(drawn[3], "(a)").images[0].get_array(), left)
+        np.testing.assert_array_equal(panel(drawn[3], "(a)").images[0].get_array(), run.recording[2].left / 255)
         truth = panel(drawn[6], "what is there").images[0].get_array()
         self.assertTrue({panels.SEEN_OCCUPIED, panels.SEEN_FREE, panels.HIDDEN} <= set(truth.ravel()))
         for varied in (without, raised, unnoticed):
@@ -107,8 +107,7 @@ class Figures(unittest.TestCase):
         wall = [(5, y, -0.7) for y in np.arange(-1, 1, 0.02)]
         np.array([(*point, 0) for point in road + wall], np.float32).tofile(drive / "velodyne" / "000003.bin")
         figures.make_runs(str(drive), self.work, PROGRAMS, ["--preset", "paper"])
-        drawn, left_out = figures.draw(self.work)
-        self.assertEqual(left_out, [])
+        drawn = figures.draw(self.work)
         upright = panel(drawn[9], "(c)").collections[2].get_offsets()
         self.assertEqual(len(upright), len(wall))
         np.testing.assert_allclose(upright[:, 1], 5, atol=1e-5)
@@ -132,7 +131,7 @@ class Figures(unittest.TestCase):
         code, said = self.made(small("street", "&frames=1&pitch_deg=3"), "--out", self.work / "out")
         self.assertEqual((code, "a level camera" in said), (1, True), said)
         (self.work / "file").write_text("not a folder")
-        with self.assertRaisesRegex(run_folder.Complaint, "file/out: cannot be written"):
+        with self.assertRaisesRegex(run_folder.Fault, "file/out: cannot be written"):
             figures.save({}, self.work / "file" / "out")
 
 
