@@ -87,9 +87,9 @@ def render_figures() -> None:
         size = "width=1242&height=375"
         subprocess.run([programs / "stereogrid", "run", f"scene:crossing?frames=20&{size}", "--out", f"{folder}/run", "--pictures", "-q"],
                        check=True)
-        subprocess.run([programs / "stereogrid-compare", f"scene:occlusion?frames=8&{size}", "--pictures", f"{folder}/compared", "-q",
-                        "--only", "observed,nearest_obstacle,free_space,ray_casting"], check=True)
-        for source, target in (("run/pictures/000014.png", "crossing"), ("compared/000006.png", "hidden")):
+        subprocess.run([ROOT / "research" / "compare.py", programs, f"scene:occlusion?frames=8&{size}", "--frames=0:6", "--figure",
+                        f"{folder}/hidden.png", "--only", "observed,nearest_obstacle,free_space,ray_casting"], check=True)
+        for source, target in (("run/pictures/000014.png", "crossing"), ("hidden.png", "hidden")):
             subprocess.run(["ffmpeg", "-loglevel", "error", "-y", "-i", f"{folder}/{source}", "-vf", "scale=1500:-1:flags=area",
                             "-quality", "80", ROOT / "docs" / "pictures" / f"{target}.webp"], check=True)
 

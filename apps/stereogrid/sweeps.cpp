@@ -22,16 +22,6 @@ std::vector<evaluation::CameraPoint> into_camera(const std::vector<io::ScanPoint
   return points;
 }
 
-std::vector<evaluation::CameraPoint> every_second(const std::vector<evaluation::CameraPoint>& sweep, bool even) {
-  std::vector<evaluation::CameraPoint> chosen;
-  bool is_even{true};
-  for (std::size_t i{0}; i < sweep.size(); ++i) {
-    if (i > 0 && sweep[i - 1].x_m > 0 && sweep[i].x_m <= 0 && sweep[i].z_m > 0) is_even = !is_even;
-    if (is_even == even) chosen.push_back(sweep[i]);
-  }
-  return chosen;
-}
-
 }  // namespace
 
 bool Sweeps::exist() const {
@@ -48,14 +38,12 @@ void Sweeps::require(const std::string& instead) const {
   }
 }
 
-std::vector<evaluation::CameraPoint> Sweeps::of(std::size_t index, Rings rings) const {
+std::vector<evaluation::CameraPoint> Sweeps::of(std::size_t index) const {
   if (!exist()) return {};
   const io::RecordingContents& contents{recording_->contents()};
   const io::RecordedFrame& frame{contents.frames.at(index)};
   if (frame.scan.empty()) return {};
-  std::vector<evaluation::CameraPoint> sweep{
-      into_camera(recording_->load_scan(index), *contents.calibration.camera_from_velodyne)};
-  return rings == Rings::all ? sweep : every_second(sweep, rings == Rings::even);
+  return into_camera(recording_->load_scan(index), *contents.calibration.camera_from_velodyne);
 }
 
 evaluation::CameraPoint Sweeps::lidar_in_camera() const {

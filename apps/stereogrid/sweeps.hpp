@@ -14,9 +14,6 @@
 
 namespace stereogrid::app {
 
-/// Which rings of a lidar sweep: what one half has made can be scored with the other.
-enum class Rings { all, even, odd };
-
 /// The lidar sweeps of a recording, in the left camera's frame.
 class Sweeps {
  public:
@@ -28,9 +25,9 @@ class Sweeps {
   /// Throws InputError where they do not; `instead` is what would mend that a recording has none.
   void require(const std::string& instead) const;
 
-  /// Points of a frame, in the sensor's order; empty: none. Rings end where the azimuth passes straight ahead. Throws
-  /// InputError; DeviceError if a listed file cannot be read now.
-  [[nodiscard]] std::vector<evaluation::CameraPoint> of(std::size_t index, Rings rings = Rings::all) const;
+  /// Points of a frame, in the sensor's order; empty: none. Throws InputError; DeviceError if a listed file cannot be
+  /// read now.
+  [[nodiscard]] std::vector<evaluation::CameraPoint> of(std::size_t index) const;
   /// Position of the lidar.
   [[nodiscard]] evaluation::CameraPoint lidar_in_camera() const;
 

@@ -177,7 +177,8 @@ class MethodWriter {
     const std::span coordinates{reinterpret_cast<const double*>(frame.sweep.data()), 3 * frame.sweep.size()};
     if (!frame.sweep.empty()) arrays.emplace_back("sweep", shape, coordinates);
     io::write_npz(folder_ / "grids" / (line.at("name").get<std::string>() + ".npz"), arrays);
-    line["obstacles"] = Json::array();  // of stereogrid, not of this method
+    // obstacles are those of stereogrid, not of this method
+    line["obstacles"] = Json::array();
     lines_ << line.dump() << '\n';
   }
 

@@ -12,7 +12,7 @@ import tempfile
 from pathlib import Path
 
 BUILT = Path(__file__).resolve().parents[2] / "build" / "release"
-sys.path.append(str(BUILT / "python"))  # where the package is not installed
+sys.path.append(str(BUILT / "python"))  # the package in the build tree
 try:
     import matplotlib
     import numpy as np

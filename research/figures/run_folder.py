@@ -11,7 +11,7 @@ LEVEL_BELOW_RAD = np.radians(1)
 
 
 class Fault(Exception):
-    """What is wrong, and its remedy."""
+    """A fault and its remedy."""
 
 
 class Run:

@@ -114,9 +114,9 @@ class Rules(unittest.TestCase):
     def test_research_stands_outside(self):
         self.write("apps/stereogrid/input.hpp", LICENCE)
         self.write("research/baselines/columns.hpp", LICENCE)
-        self.assert_allowed("research/compare/new.cpp", '"input.hpp"')
-        self.assert_allowed("research/compare/new.cpp", '"baselines/columns.hpp"')
-        self.assert_forbidden("research/compare/new.cpp", '"filter/filter.hpp"')
+        self.assert_allowed("research/baselines/new.cpp", '"baselines/columns.hpp"')
+        self.assert_forbidden("research/baselines/new.cpp", '"input.hpp"')
+        self.assert_forbidden("research/baselines/new.cpp", '"filter/filter.hpp"')
         self.assert_forbidden("apps/stereogrid/main.cpp", '"baselines/columns.hpp"')
 
     def test_licence_lines(self):

@@ -21,12 +21,8 @@ std::filesystem::path labels_of(const io::Recording& recording) {
 
 }  // namespace
 
-TruthSource::TruthSource(Input input, TruthKind kind, std::optional<double> camera_height_m, Rings rings)
-    : input_{std::move(input)},
-      kind_{kind},
-      camera_height_m_{camera_height_m},
-      rings_{rings},
-      sweeps_{input_.recording} {
+TruthSource::TruthSource(Input input, TruthKind kind, std::optional<double> camera_height_m)
+    : input_{std::move(input)}, kind_{kind}, camera_height_m_{camera_height_m}, sweeps_{input_.recording} {
   if (kind_ == TruthKind::automatic) kind_ = has_exact() ? TruthKind::exact : TruthKind::lidar;
   if (kind_ == TruthKind::lidar) {
     check_lidar();
@@ -70,11 +66,6 @@ std::optional<FrameTruth> TruthSource::exact(const std::string& name) const {
   return input_.scene->truth(place->second);
 }
 
-std::vector<evaluation::CameraPoint> TruthSource::sweep(const std::string& name, Rings rings) const {
-  const auto place{places_.find(name)};
-  return place == places_.end() ? std::vector<evaluation::CameraPoint>{} : sweeps_.of(place->second, rings);
-}
-
 double TruthSource::lidar_road_m(const Rig& rig) const {
   if (camera_height_m_) return *camera_height_m_;
   return rig == input_.source->rig() ? evaluation::kitti_camera_height_m : rig.camera_height_m;
@@ -82,7 +73,9 @@ double TruthSource::lidar_road_m(const Rig& rig) const {
 
 std::optional<evaluation::Labels> TruthSource::lidar(const std::string& name, const GridGeometry& grid,
                                                      const Rig& rig) const {
-  const std::vector<evaluation::CameraPoint> points{sweep(name, rings_)};
+  const auto place{places_.find(name)};
+  if (place == places_.end()) return std::nullopt;
+  const std::vector<evaluation::CameraPoint> points{sweeps_.of(place->second)};
   if (points.empty()) return std::nullopt;
   return evaluation::lidar_labels(points, rig, grid, lidar_road_m(rig));
 }

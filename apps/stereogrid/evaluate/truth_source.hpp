@@ -30,9 +30,8 @@ class TruthSource {
  public:
   /// `automatic`: exact truth if there is some, else lidar. Throws InputError if the input lacks the requested truth;
   /// the message names the available one. `camera_height_m`: start of the search for the lidar's road; none: the height
-  /// estimated by a run, else KITTI's. `rings`: those of the lidar that label the cells; ConfigError with exact truth.
-  TruthSource(Input input, TruthKind kind, std::optional<double> camera_height_m = std::nullopt,
-              Rings rings = Rings::all);
+  /// estimated by a run, else KITTI's.
+  TruthSource(Input input, TruthKind kind, std::optional<double> camera_height_m = std::nullopt);
   ~TruthSource();
 
   [[nodiscard]] const Input& input() const { return input_; }
@@ -53,18 +52,11 @@ class TruthSource {
   /// are placed in the vehicle frame. Throws InputError.
   [[nodiscard]] std::optional<FrameLabels> frame(const std::string& name, const GridGeometry& grid,
                                                  const Rig& rig) const;
-  /// Height at which the search for the lidar's road starts, below a camera with the extrinsics of `rig`.
-  [[nodiscard]] double lidar_road_m(const Rig& rig) const;
-
-  /// True if there are lidar sweeps with a known position of the lidar.
-  [[nodiscard]] bool has_sweeps() const { return sweeps_.exist(); }
-  /// A frame's sweep in the sensor's order; empty: none. Throws InputError.
-  [[nodiscard]] std::vector<evaluation::CameraPoint> sweep(const std::string& name, Rings rings) const;
-  /// Position of the lidar.
-  [[nodiscard]] evaluation::CameraPoint lidar_in_camera() const { return sweeps_.lidar_in_camera(); }
 
  private:
   void check_lidar() const;
+  /// Height at which the search for the lidar's road starts, below a camera with the extrinsics of `rig`.
+  [[nodiscard]] double lidar_road_m(const Rig& rig) const;
   [[nodiscard]] bool has_exact() const;
   [[nodiscard]] std::optional<FrameTruth> exact(const std::string& name) const;
   [[nodiscard]] std::optional<evaluation::Labels> lidar(const std::string& name, const GridGeometry& grid,
@@ -73,7 +65,6 @@ class TruthSource {
   Input input_;
   TruthKind kind_;
   std::optional<double> camera_height_m_;
-  Rings rings_;
   Sweeps sweeps_;
   std::map<std::string, std::size_t> places_;  // frames of the input
   std::unique_ptr<io::TruthReader> reader_;
