@@ -110,25 +110,27 @@ def draw(source: str, folder: Path, names: list, target: Path) -> None:
 
     run, recording = stereogrid.read_run(folder / "own"), stereogrid.open(source)
     frame = recording[run.frames[-1].index]
-    figure = plt.figure(figsize=(15, 8), layout="constrained")
-    above, below = figure.subfigures(2, 1, height_ratios=(1.5, 1))
+    figure = plt.figure(figsize=(15, 7.9), layout="constrained")
+    above, below = figure.subfigures(2, 1, height_ratios=(1.35, 1))
     image = above.subplots()
     image.imshow(frame.left, cmap="gray", vmin=0, vmax=255)
     image.set_axis_off()
     truth, *axes = below.subplots(1, len(names) + 1)
     state, grid = frame.truth.state, recording.truth_grid.grid
     x, y = plot.centers(grid)
-    bearing = np.round(np.degrees(np.arctan2(y, x))).astype(int)
+    bearing = np.round(np.degrees(np.arctan2(y, x)) / 2).astype(int)  # as wide as a cell 6 m ahead
     nearest = np.full(361, np.inf)
     np.minimum.at(nearest, bearing[state == 2], x[state == 2])
     shown = np.where(state == 2, np.where(x > nearest[bearing] + 0.5, 3, 2), state)
     plot.cells(grid, shown, truth, cmap=ListedColormap(["#aaaaaa", "white", "black", "#e62828"]), vmin=0, vmax=3)
-    truth.set_title("truth")
     for name, one in zip(names, axes):
         title, place, series = METHODS[name]
         grids = stereogrid.read_run(folder / place).grids(run.frames[-1].name)
         plot.occupancies(run.grid, getattr(grids, series), one)
-        one.set_title(title, fontsize="small")
+        one.set_title(title, loc="left", fontsize="medium")
+    truth.set_title("truth", loc="left", fontsize="medium")
+    for one in (truth, *axes):
+        one.set(xticks=[], yticks=[], xlabel="", ylabel="")
     figure.savefig(target, dpi=100)
 
 
