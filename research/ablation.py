@@ -56,15 +56,15 @@ def main():
     parser.add_argument("drives", nargs="+")
     parser.add_argument("--set", action="append", default=[], dest="settings", metavar="KEY=VALUE")
     parser.add_argument("--only", nargs="+", metavar="TITLE", help="only changes whose title begins so")
-    given = parser.parse_args()
-    for drive in given.drives:
+    arguments = parser.parse_args()
+    for drive in arguments.drives:
         print(f"\n**{pathlib.Path(drive).name}**\n")
         print("| changed | observed: log-loss | AUC | IoU | missed | ECE | hidden | occupancy: log-loss | AUC | IoU | missed |")
         print("|" + "---|" * 11)
-        chosen = [change for change in CHANGES if not given.only or change[0].startswith(tuple(given.only))]
+        chosen = [change for change in CHANGES if not arguments.only or change[0].startswith(tuple(arguments.only))]
         for number, (title, changes) in enumerate(chosen, 1):
             print(f"\r{number} of {len(chosen)}: {title:40}", end="", file=sys.stderr)
-            found = scores(drive, given.settings + changes)
+            found = scores(drive, arguments.settings + changes)
             print("| " + " | ".join([title, *cells(found["observed"]), *cells(found["occupancy"])[:4]]) + " |", flush=True)
     print(file=sys.stderr)
 

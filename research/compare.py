@@ -142,24 +142,24 @@ def main() -> None:
     parser.add_argument("--hold-out", action="store_true", help="rings that are fused are not those of the labels")
     parser.add_argument("--figure", type=Path, metavar="FILE.png", help="draw the last frame's grids; needs exact truth")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE")
-    given, options = parser.parse_known_args()
-    options += [f"--set={setting}" for setting in given.set]
-    only = given.only.split(",") if given.only else []
+    arguments, options = parser.parse_known_args()
+    options += [f"--set={setting}" for setting in arguments.set]
+    only = arguments.only.split(",") if arguments.only else []
     if unknown := set(only) - METHODS.keys():
         sys.exit(f"--only: unknown method {', '.join(sorted(unknown))} (allowed: {', '.join(METHODS)}).")
-    for source in given.inputs:
+    for source in arguments.inputs:
         has_lidar = any(Path(source).rglob("*.bin"))
         names = only or [name for name in METHODS if name not in SCORED_ELSEWHERE and (has_lidar or name not in NEED_LIDAR)]
         with tempfile.TemporaryDirectory() as work:
             folder, labels, used = Path(work), [], source
-            if given.hold_out:
+            if arguments.hold_out:
                 used = str(thinned(Path(source), folder / "even", even=True))
                 labels = [thinned(Path(source), folder / "odd", even=False)]
-            made(given.programs, used, folder, options, names)
-            scored = {run: scores(given.programs, folder / run, labels) for run in {METHODS[name][1] for name in names}}
+            made(arguments.programs, used, folder, options, names)
+            scored = {run: scores(arguments.programs, folder / run, labels) for run in {METHODS[name][1] for name in names}}
             print_methods(Path(source).name, {name: scored[METHODS[name][1]][METHODS[name][2]] for name in names})
-            if given.figure:
-                draw(source, folder, names, given.figure)
+            if arguments.figure:
+                draw(source, folder, names, arguments.figure)
 
 
 if __name__ == "__main__":

@@ -217,7 +217,7 @@ def samples_of(run_folder: Path, data: Path, to_m: float, with_observed=False):
     return (*samples, np.concatenate(observed)) if with_observed else samples
 
 
-def believed(log_odds: np.ndarray) -> tuple:
+def limited(log_odds: np.ndarray) -> tuple:
     """log_odds_of() of src/rays: the logarithm of the odds that a weighted sum stands for, and its derivative."""
     power, weak = log_odds ** 6, WEAK_LOG_ODDS ** 6
     share = power / (power + weak)
@@ -249,12 +249,12 @@ def fit(samples: list) -> np.ndarray:
                 break
         return weights
 
-    return least(least(np.zeros(inputs.shape[1]), lambda sums: (sums, 1)), believed)
+    return least(least(np.zeros(inputs.shape[1]), lambda sums: (sums, 1)), limited)
 
 
 def scores(weights: np.ndarray, inputs: np.ndarray, occupied: np.ndarray) -> tuple:
     """Balanced log-loss, area under the curve, missed."""
-    p = np.clip(1 / (1 + np.exp(-believed(inputs @ weights)[0])), 0.001, 0.999)
+    p = np.clip(1 / (1 + np.exp(-limited(inputs @ weights)[0])), 0.001, 0.999)
     rank = np.empty(len(p))
     rank[np.argsort(p, kind="stable")] = np.arange(1, len(p) + 1)
     positives, negatives = occupied.sum(), (~occupied).sum()

@@ -54,11 +54,11 @@ def main() -> None:
     parser.add_argument("spans", nargs="*", metavar="FIRST-LAST", help="seeds")
     parser.add_argument("--robot", action="store_true", help="its camera and preset")
     parser.add_argument("--course", action="store_true")
-    given = parser.parse_args()
+    arguments = parser.parse_args()
     print_table("layouts", ["seeds", "grid", "range, m", *(title for _, title in SHARES.values())],
-                layout_rows(given.tool, given.spans, given.robot))
-    if given.course:
-        series = evaluated(given.tool, "scene:course?frames=210", [])["series"]
+                layout_rows(arguments.tool, arguments.spans, arguments.robot))
+    if arguments.course:
+        series = evaluated(arguments.tool, "scene:course?frames=210", [])["series"]
         courses = {grid: series[grid]["terrain"]["course"] for grid in GRIDS}
         print_table("course", ["grid", *COURSE.values(), *ZONES.values()],
                     [[grid, *(str(course[figure]) for figure in COURSE),

@@ -50,7 +50,7 @@ for step in ${steps//,/ }; do
   [[ $step =~ ^(build|test|bench|sanitize)$ ]] || usage "--steps: $step is none of build, test, bench, sanitize."
 done
 for seconds in "$limit" "$total"; do
-  [[ $seconds =~ ^[1-9][0-9]*$ ]] || usage "--limit, --total: $seconds is no number of seconds."
+  [[ $seconds =~ ^[1-9][0-9]*$ ]] || usage "--limit, --total: $seconds is not a number of seconds."
 done
 
 build=build/gpu

@@ -79,13 +79,13 @@ def main() -> None:
     parser.add_argument("--poses")
     parser.add_argument("--table", dest="tables", action="append", choices=("grids", "obstacles", "motion"),
                         help="only this one; all where none is named")
-    given = parser.parse_args()
-    options = ["--preset", given.preset, *(part for setting in given.settings for part in ("--set", setting))]
-    options += ["--poses", given.poses] if given.poses else []
+    arguments = parser.parse_args()
+    options = ["--preset", arguments.preset, *(part for setting in arguments.settings for part in ("--set", setting))]
+    options += ["--poses", arguments.poses] if arguments.poses else []
     grids, motion, obstacles = [], [], []
-    for source in given.inputs:
+    for source in arguments.inputs:
         name = Path(source).name
-        scores = evaluated(given.tool, source, options)
+        scores = evaluated(arguments.tool, source, options)
         series = scores["series"]
         if scores.get("obstacles"):
             obstacles.append(obstacle_row(name, scores["obstacles"]))
@@ -97,7 +97,7 @@ def main() -> None:
               "obstacles": (["input", "things", *(title for title, _ in OBSTACLES.values()), "said to move",
                              *(title for title, _ in TRACKING.values())], obstacles),
               "motion": (["input", "found", *(title for title, _, _ in MOTION.values())], motion)}
-    for name in given.tables or tables:
+    for name in arguments.tables or tables:
         print_table(name, *tables[name])
 
 

@@ -28,13 +28,13 @@ export class Connection extends EventTarget {
   }
 
   open() {
-    this.#tell('state', 'connecting');
+    this.#notify('state', 'connecting');
     const socket = new WebSocket(this.url, [subprotocol]);
     this.#socket = socket;
     socket.binaryType = 'arraybuffer';
     socket.onopen = () => {
       this.#failures = 0;
-      this.#tell('state', 'connected');
+      this.#notify('state', 'connected');
     };
     socket.onmessage = (event) => this.#receive(event.data);
     socket.onclose = () => this.#retry();
@@ -69,7 +69,7 @@ export class Connection extends EventTarget {
     this.#send({ op: 'setParameters', parameters: [{ name, value }] });
   }
 
-  #tell(type, detail) {
+  #notify(type, detail) {
     this.dispatchEvent(new CustomEvent(type, { detail }));
   }
 
@@ -80,8 +80,8 @@ export class Connection extends EventTarget {
   #retry() {
     this.#channels.clear();
     this.#readers.clear();
-    this.#tell('state', 'disconnected');
-    this.#tell('channels', []);
+    this.#notify('state', 'disconnected');
+    this.#notify('channels', []);
     const pause = retriesMs[Math.min(this.#failures++, retriesMs.length - 1)];
     setTimeout(() => this.open(), pause);
   }
@@ -93,7 +93,7 @@ export class Connection extends EventTarget {
       const reader = new MessageReader(channel.schemaName, channel.schema);
       this.#readers.set(id, { channel: channel.id, topic: channel.topic, reader });
     } catch (error) {
-      return this.#tell('fault', `${channel.topic}: ${error.message}`);
+      return this.#notify('fault', `${channel.topic}: ${error.message}`);
     }
     this.#send({ op: 'subscribe', subscriptions: [{ id, channelId: channel.id }] });
   }
@@ -104,20 +104,20 @@ export class Connection extends EventTarget {
     if (message.op === 'serverInfo') this.#begin(message);
     if (message.op === 'advertise') this.#advertise(message.channels);
     if (message.op === 'unadvertise') this.#unadvertise(message.channelIds);
-    if (message.op === 'status' && message.level > 0) this.#tell('fault', message.message);
+    if (message.op === 'status' && message.level > 0) this.#notify('fault', message.message);
     if (message.op === 'parameterValues') this.#takeParameters(message);
   }
 
   #begin(info) {
     this.name = info.name;
-    this.#tell('state', 'connected');
+    this.#notify('state', 'connected');
     if (this.#parameters.length === 0 || !info.capabilities.includes('parametersSubscribe')) return;
     this.#send({ op: 'getParameters', parameterNames: [], id: allParameters });
   }
 
   #takeParameters({ parameters, id }) {
     const there = parameters.filter(({ name }) => this.#parameters.includes(name));
-    for (const one of there) this.#tell('parameter', one);
+    for (const one of there) this.#notify('parameter', one);
     if (id !== allParameters || there.length === 0) return;
     this.#send({ op: 'subscribeParameterUpdates', parameterNames: there.map(({ name }) => name) });
   }
@@ -127,13 +127,13 @@ export class Connection extends EventTarget {
       this.#channels.set(channel.id, channel);
       if (this.#wanted.has(channel.topic)) this.#ask(channel);
     }
-    this.#tell('channels', this.topics());
+    this.#notify('channels', this.topics());
   }
 
   #unadvertise(ids) {
     for (const id of ids) this.#channels.delete(id);
     for (const [id, subscription] of this.#readers) if (ids.includes(subscription.channel)) this.#readers.delete(id);
-    this.#tell('channels', this.topics());
+    this.#notify('channels', this.topics());
   }
 
   #receiveMessage(buffer) {
@@ -145,7 +145,7 @@ export class Connection extends EventTarget {
       const message = subscription.reader.read(new Uint8Array(buffer, messageHeaderBytes));
       this.#wanted.get(subscription.topic)?.(message, Number(view.getBigUint64(5, true)) * 1e-9);
     } catch (error) {
-      this.#tell('fault', `${subscription.topic}: ${error.message}`);
+      this.#notify('fault', `${subscription.topic}: ${error.message}`);
     }
   }
 }

@@ -150,7 +150,7 @@ connection.addEventListener('state', ({ detail: state }) => {
   element('state').className = state;
   element('name').textContent = connection.name;
   if (state === 'connected' && connection.name) player.follow();
-  if (state === 'disconnected') status.forget();
+  if (state === 'disconnected') status.reset();
 });
 connection.addEventListener('parameter', ({ detail: parameter }) => player.take(parameter));
 connection.addEventListener('fault', ({ detail: sentence }) => { element('fault').textContent = sentence; });

@@ -33,7 +33,7 @@ export class StatusPanel {
   }
 
   /** Before another server, whose stamps may be far away. */
-  forget() {
+  reset() {
     this.#history = [];
     this.redraw();
   }

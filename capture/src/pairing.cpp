@@ -34,7 +34,7 @@ std::optional<std::size_t> Pairing::nearest(const Camera& camera, Clock::time_po
   return static_cast<std::size_t>(found - camera.waiting.begin());
 }
 
-void Pairing::forget(Camera& camera, std::size_t images) {
+void Pairing::drop(Camera& camera, std::size_t images) {
   camera.alone += static_cast<std::int64_t>(images);
   camera.waiting.erase(camera.waiting.begin(), camera.waiting.begin() + static_cast<std::ptrdiff_t>(images));
 }
@@ -47,13 +47,13 @@ std::optional<CapturedPair> Pairing::add(Side side, Shot shot, Clock::time_point
   if (partner) apart_ = std::chrono::abs(other.waiting[*partner].captured - captured);
   if (!partner || *apart_ > options_.tolerance) {
     own.waiting.push_back({std::move(shot), captured});
-    if (own.waiting.size() > waiting_max) forget(own, 1);
+    if (own.waiting.size() > waiting_max) drop(own, 1);
     return std::nullopt;
   }
   Waiting found{std::move(other.waiting[*partner])};
-  forget(other, *partner);  // drops older ones
+  drop(other, *partner);  // drops older ones
   other.waiting.pop_front();
-  forget(own, own.waiting.size());
+  drop(own, own.waiting.size());
   last_pair_ = now;
   if (side == Side::right) {
     std::swap(shot, found.shot);
@@ -95,7 +95,7 @@ std::string Pairing::fault(Clock::time_point now) const {
   }
   return fmt::format(
       "Images of both cameras come, but the nearest are {:.1f} ms apart, more than the tolerance of {:.1f} ms: there "
-      "are no pairs. Trigger the cameras together, or allow more than {:.0f} ms (--pair-tolerance-ms).",
+      "are not pairs. Trigger the cameras together, or allow more than {:.0f} ms (--pair-tolerance-ms).",
       milliseconds(*apart_), milliseconds(options_.tolerance), std::ceil(milliseconds(*apart_)));
 }
 

@@ -74,7 +74,7 @@ class Pairing {
   [[nodiscard]] const Camera& of(Side side) const { return cameras_[side == Side::left ? 0 : 1]; }
   /// The place of the image that was taken nearest to the instant, where there is any.
   [[nodiscard]] static std::optional<std::size_t> nearest(const Camera& camera, Clock::time_point captured);
-  static void forget(Camera& camera, std::size_t images);
+  static void drop(Camera& camera, std::size_t images);
 
   PairingOptions options_;
   std::array<Camera, 2> cameras_;

@@ -97,7 +97,7 @@ void copy_out(const ddsi_serdata* data, std::size_t offset, std::size_t bytes, v
   std::memcpy(to, sample_of(data).data.get() + offset, bytes);
 }
 
-ddsi_serdata* lend(const ddsi_serdata* data, std::size_t offset, std::size_t bytes, ddsrt_iovec_t* reference) {
+ddsi_serdata* ref_bytes(const ddsi_serdata* data, std::size_t offset, std::size_t bytes, ddsrt_iovec_t* reference) {
   reference->iov_base = sample_of(data).data.get() + offset;
   reference->iov_len = static_cast<ddsrt_iov_len_t>(bytes);
   return ddsi_serdata_ref(data);
@@ -142,7 +142,7 @@ const ddsi_serdata_ops sample_functions{
     .from_keyhash = from_key_hash,
     .from_sample = from_value,
     .to_ser = copy_out,
-    .to_ser_ref = lend,
+    .to_ser_ref = ref_bytes,
     .to_ser_unref = take_back,
     .to_sample = to_value,
     .to_untyped = without_type,

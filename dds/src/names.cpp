@@ -48,7 +48,7 @@ Names::Names(const NodeOptions& options) {
   const std::string_view path{without_slash(options.name)};
   if (!is_path(path)) {
     throw ConfigError{"\"" + options.name +
-                      "\" is no name of a ROS 2 node: letters, digits and _, no digit first, with / between names."};
+                      "\" is not a name of a ROS 2 node: letters, digits and _, no digit first, with / between names."};
   }
   const std::size_t slash{path.rfind('/')};
   namespace_ = "/" + std::string{slash == std::string_view::npos ? "" : path.substr(0, slash)};
@@ -61,7 +61,7 @@ void Names::add_remapping(const std::string& text) {
   const std::string_view from{std::string_view{text}.substr(0, at)};
   const std::string_view to{at == std::string::npos ? std::string_view{} : std::string_view{text}.substr(at + 2)};
   if (!is_path(without_slash(from)) || !is_path(without_slash(to))) {
-    throw ConfigError{"\"" + text + "\" is no remapping: FROM:=TO, such as occupancy_grid:=/map or /tf:=/robot/tf."};
+    throw ConfigError{"\"" + text + "\" is not a remapping: FROM:=TO, such as occupancy_grid:=/map or /tf:=/robot/tf."};
   }
   remappings_.emplace_back(below_node(from), below_node(to));
 }

@@ -87,14 +87,14 @@ std::unique_ptr<Node> open(const NodeOptions& options) {
 }  // namespace
 namespace {
 
-constexpr std::size_t told_max{1000};
+constexpr std::size_t reported_max{1000};
 // normal, and harmless: discovery works without multicast
 constexpr std::string_view loopback{"selected interface \"lo\" is not multicast-capable"};
 
 struct Log {
   std::mutex mutex;
   std::function<void(const std::string&)> warn;
-  std::set<std::string> told;
+  std::set<std::string> reported;
 };
 
 Log& log_of_process() {
@@ -118,7 +118,7 @@ void take(void* /*of*/, const dds_log_data_t* data) noexcept {
     std::function<void(const std::string&)> warn;
     {
       const std::scoped_lock lock{log.mutex};
-      if (log.told.size() < told_max && log.told.insert(without_digits(text)).second) warn = log.warn;
+      if (log.reported.size() < reported_max && log.reported.insert(without_digits(text)).second) warn = log.warn;
     }
     if (warn) warn("ROS 2: " + text);
   } catch (...) {
@@ -131,7 +131,7 @@ void take_network_log(std::function<void(const std::string&)> warn) {
   Log& log{log_of_process()};
   const std::scoped_lock lock{log.mutex};
   log.warn = std::move(warn);
-  log.told.clear();
+  log.reported.clear();
   dds_set_log_sink(take, nullptr);
 }
 

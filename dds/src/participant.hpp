@@ -98,7 +98,7 @@ class Warnings {
   void log_once(const std::string& text) {
     {
       const std::scoped_lock lock{mutex_};
-      if (!told_.insert(text).second) return;
+      if (!reported_.insert(text).second) return;
     }
     if (warn_) warn_(text);
   }
@@ -106,7 +106,7 @@ class Warnings {
  private:
   std::function<void(const std::string&)> warn_;
   std::mutex mutex_;
-  std::set<std::string> told_;
+  std::set<std::string> reported_;
 };
 
 /// A topic of Cyclone DDS and its type.

@@ -8,7 +8,7 @@
 namespace stereogrid::evaluation {
 namespace {
 
-constexpr float believed_from{0.5F};
+constexpr float occupied_from{0.5F};
 constexpr float gone_below{0.3F};
 constexpr double soon_s{0.5};
 
@@ -56,7 +56,7 @@ void GhostTimes::watch(const MotionFrame& frame) {
   const double size_m{frame.grid.cell_size_m};
   for_shared_cells(frame, [&](int tx, int ty, int ix, int iy) {
     if (state_at(frame.truth, tx, ty) != TruthCell::seen_occupied || !is_moving(frame.truth, tx, ty)) return;
-    if (frame.occupancy(ix, iy) < believed_from) return;
+    if (frame.occupancy(ix, iy) < occupied_from) return;
     const Point2 place{frame.truth.ego.world_from_vehicle *
                        Point2{frame.grid.x_min_m + (ix + 0.5) * size_m, frame.grid.y_min_m + (iy + 0.5) * size_m}};
     watched_[{static_cast<int>(std::floor(place.x / size_m)), static_cast<int>(std::floor(place.y / size_m))}] =

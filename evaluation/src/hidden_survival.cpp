@@ -7,7 +7,7 @@ namespace stereogrid::evaluation {
 namespace {
 
 constexpr std::int64_t seen_from_pixels{100};
-constexpr double believed_from{0.5};
+constexpr double occupied_from{0.5};
 
 struct Mean {
   double sum{0};
@@ -55,7 +55,7 @@ void HiddenSurvival::extend(std::int64_t id, std::int64_t stamp_ns, double mean)
   Open& open{open_.try_emplace(id, Open{stamp_ns, stamp_ns, std::nullopt, {}}).first->second};
   open.last_ns = stamp_ns;
   ++open.counts.frames;
-  if (mean >= believed_from) {
+  if (mean >= occupied_from) {
     ++open.counts.alive;
   } else if (!open.lost_ns) {
     open.lost_ns = stamp_ns;

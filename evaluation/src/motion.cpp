@@ -12,7 +12,7 @@ namespace stereogrid::evaluation {
 namespace {
 
 constexpr std::int64_t settling_ns{1'000'000'000};
-constexpr float believed_from{0.5F};
+constexpr float occupied_from{0.5F};
 constexpr float surely_there_above{0.6F};
 constexpr float seems_to_move_above_mps{1.0F};
 
@@ -82,7 +82,7 @@ void MotionScores::add_cells(const MotionFrame& frame, bool settled) {
     const float vx{frame.velocity_x(ix, iy)};
     const float vy{frame.velocity_y(ix, iy)};
     if (is_moving(frame.truth, tx, ty)) {
-      if (!settled || frame.occupancy(ix, iy) < believed_from) return;
+      if (!settled || frame.occupancy(ix, iy) < occupied_from) return;
       cell_velocity_errors_mps_.push_back(std::hypot(static_cast<double>(vx) - velocity.x,  //
                                                      static_cast<double>(vy) - velocity.y));
     } else if (velocity.x == 0 && velocity.y == 0) {

@@ -150,7 +150,7 @@ struct VehicleConfig {
   static void visit_fields(Self& self, Visitor&& visit) {
     visit({"step_max_m", "m", 0.01, 1, "Largest step that the vehicle climbs or descends."}, self.step_max_m);
     visit({"slope_max_deg", "deg", 1, 45, "Steepest slope that the vehicle drives on."}, self.slope_max_deg);
-    visit({"height_m", "m", 0.1, 10, "Clearance: pixels higher above the ground are no obstacle."}, self.height_m);
+    visit({"height_m", "m", 0.1, 10, "Clearance: pixels higher above the ground are not obstacles."}, self.height_m);
     visit({"drop_slope_deg", "deg", 0.5, 45,
            "A gap with lower ground behind it is a drop where the line of sight is steeper than this."},
           self.drop_slope_deg);
@@ -190,7 +190,7 @@ struct PaperConfig {
     visit({"road_rays", "", 0, 1,
            "none: only obstacle pixels are rays (the paper); visible: road pixels are rays that passed."},
           self.road_rays);
-    visit({"small_count_guard", "px", 0, 50, "Added to N_V in r_O so that a lone outlier is no obstacle."},
+    visit({"small_count_guard", "px", 0, 50, "Added to N_V in r_O so that a lone outlier is not an obstacle."},
           self.small_count_guard);
     visit({"left_border", "", 0, 1,
            "Leave bins unknown that the right camera cannot see (u below disparity + half a window)."},

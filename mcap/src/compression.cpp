@@ -30,7 +30,7 @@ class ZstdUnpacker {
     ZSTD_inBuffer input{packed.data(), packed.size(), 0};
     ZSTD_outBuffer output{out.data(), out.size(), 0};
     const std::size_t result{ZSTD_decompressStream(context_.get(), &output, &input)};
-    if (ZSTD_isError(result) != 0) throw Malformed{"its compressed data is no zstd"};
+    if (ZSTD_isError(result) != 0) throw Malformed{"its compressed data is not zstd"};
     return {input.pos, output.pos, result == 0};
   }
 
@@ -53,7 +53,7 @@ class Lz4Unpacker {
     std::size_t consumed{packed.size()};
     std::size_t produced{out.size()};
     const std::size_t result{LZ4F_decompress(context_.get(), out.data(), &produced, packed.data(), &consumed, nullptr)};
-    if (LZ4F_isError(result) != 0) throw Malformed{"its compressed data is no lz4"};
+    if (LZ4F_isError(result) != 0) throw Malformed{"its compressed data is not lz4"};
     return {consumed, produced, result == 0};
   }
 

@@ -108,7 +108,7 @@ FileInput::FileInput(const fs::path& path) : file_{-1}, name_{io::printable_path
   struct stat status {};
   // before open(): opening a FIFO blocks, opening a device may have side effects
   if (::stat(path.c_str(), &status) != 0) fail_to_open(errno);
-  if (!S_ISREG(status.st_mode)) throw InputError{name_, "is no file on a disk.", "Copy the recording into a file."};
+  if (!S_ISREG(status.st_mode)) throw InputError{name_, "is not a file on a disk.", "Copy the recording into a file."};
   file_ = Descriptor{open_uninterrupted(path, O_RDONLY | O_NONBLOCK)};
   if (file_.get() < 0 || ::fstat(file_.get(), &status) != 0) fail_to_open(errno);
   size_ = static_cast<std::uint64_t>(status.st_size);

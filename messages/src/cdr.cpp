@@ -52,12 +52,12 @@ void CdrWriter::write(const std::string& text) {
 CdrReader::CdrReader(std::span<const std::byte> cdr, std::string_view type_name) : type_name_{type_name} {
   // the last two bytes are options, which a reader of this encoding ignores
   if (cdr.size() < encapsulation.size() || !std::equal(encapsulation.begin(), encapsulation.begin() + 2, cdr.begin())) {
-    complain("does not begin with the bytes 00 01 of plain little-endian CDR");
+    reject("does not begin with the bytes 00 01 of plain little-endian CDR");
   }
   body_ = cdr.subspan(encapsulation.size());
 }
 
-void CdrReader::complain(const std::string& what) const {
+void CdrReader::reject(const std::string& what) const {
   const std::string where{field_.empty() ? std::string{"it"} : "the field \"" + std::string{field_} + "\""};
   throw InputError{std::string{type_name_}, where + " " + what + ".",
                    "The message is damaged, cut off, or of another type."};
@@ -65,12 +65,12 @@ void CdrReader::complain(const std::string& what) const {
 
 void CdrReader::align(std::size_t alignment) {
   const std::size_t skipped{padding(position_, alignment)};
-  if (skipped > left()) complain("lies behind the end");
+  if (skipped > left()) reject("lies behind the end");
   position_ += skipped;
 }
 
 void CdrReader::copy_to(void* data, std::size_t bytes) {
-  if (bytes > left()) complain("lies behind the end");
+  if (bytes > left()) reject("lies behind the end");
   std::memcpy(data, body_.data() + position_, bytes);
   position_ += bytes;
 }
@@ -79,7 +79,7 @@ std::size_t CdrReader::read_count(std::size_t least_bytes_each) {
   std::uint32_t count{0};
   read(count);
   if (count > left() / least_bytes_each) {
-    complain("claims " + std::to_string(count) + " elements where " + std::to_string(left()) + " bytes are left");
+    reject("claims " + std::to_string(count) + " elements where " + std::to_string(left()) + " bytes are left");
   }
   return count;
 }
@@ -87,7 +87,7 @@ std::size_t CdrReader::read_count(std::size_t least_bytes_each) {
 void CdrReader::read(bool& flag) {
   std::uint8_t byte{0};
   read(byte);
-  if (byte > 1) complain("is neither true nor false");
+  if (byte > 1) reject("is neither true nor false");
   flag = byte == 1;
 }
 
@@ -95,7 +95,7 @@ void CdrReader::read(std::string& text) {
   const std::size_t count{read_count(1)};
   const auto* const begin{reinterpret_cast<const char*>(body_.data() + position_)};
   // some senders leave out the 0 of an empty text
-  if (count > 0 && begin[count - 1] != '\0') complain("is a text without a 0 at its end");
+  if (count > 0 && begin[count - 1] != '\0') reject("is a text without a 0 at its end");
   text.assign(begin, count > 0 ? count - 1 : 0);
   position_ += count;
 }

@@ -39,7 +39,7 @@ FrameMessagesOptions checked(FrameMessagesOptions options) {
   const std::string& node{options.node};
   if (node.empty() || !std::ranges::all_of(node, is_allowed) || node.front() == '/' || node.back() == '/' ||
       node.find("//") != std::string::npos) {
-    throw ConfigError{"\"" + node + "\" is no name of a node: letters, digits and _, with / between names."};
+    throw ConfigError{"\"" + node + "\" is not a name of a node: letters, digits and _, with / between names."};
   }
   for (const std::string* const frame : {&options.world_frame, &options.vehicle_frame, &options.camera_frame}) {
     if (frame->empty()) throw ConfigError{"A frame needs a name."};
@@ -276,15 +276,15 @@ void FrameMessages::Implementation::send_pictures(const FrameFacts& facts) {
 }
 
 void FrameMessages::Implementation::send_diagnostics(const FrameResult& result, const FrameFacts& facts) {
-  const auto tell = [&](diagnostic_msgs::DiagnosticArray& message) {
+  const auto fill_status = [&](diagnostic_msgs::DiagnosticArray& message) {
     mark(message.header, "");
     fill(message, result, facts, options.node);
   };
-  outlet.offer(status, stamp_ns, tell);
+  outlet.offer(status, stamp_ns, fill_status);
   // diagnostics: once a second, and at once after the clock has stepped back
   const bool is_due{!diagnosed_ns || stamp_ns < *diagnosed_ns ||
                     elapsed_ns(stamp_ns, *diagnosed_ns) >= diagnostics_period_ns};
-  if (is_due && outlet.offer(diagnostics, stamp_ns, tell)) diagnosed_ns = stamp_ns;
+  if (is_due && outlet.offer(diagnostics, stamp_ns, fill_status)) diagnosed_ns = stamp_ns;
 }
 
 FrameMessages::FrameMessages(Sink& sink, const Rig& rig, const FrameMessagesOptions& options)

@@ -77,8 +77,8 @@ std::unique_ptr<Frame> FrameIterator::next() {
     }
     if (!std::exchange(is_checked_, true)) {
       const ReleasedGil release;
-      const std::optional<std::string> complaint{io::finding_if_swapped(*queued->frame)};
-      if (complaint) throw InputError{*complaint};
+      const std::optional<std::string> problem{io::finding_if_swapped(*queued->frame)};
+      if (problem) throw InputError{*problem};
     }
     auto frame{std::make_unique<Frame>()};
     frame->data = std::move(*queued->frame);

@@ -235,23 +235,23 @@ def main():
     parser.add_argument("--set", action="append", default=[], dest="settings", metavar="KEY=VALUE")
     parser.add_argument("--programs", type=Path, default=BUILT / "bin", metavar="DIR",
                         help="default: build/release/bin")
-    given = parser.parse_args()
+    arguments = parser.parse_args()
     for program in ("stereogrid", "stereogrid-baselines"):
-        if not (given.programs / program).exists():
-            sys.exit(f"{given.programs / program}: there is no such program. Build it: "
+        if not (arguments.programs / program).exists():
+            sys.exit(f"{arguments.programs / program}: there is no such program. Build it: "
                      "cmake --build build/release --target stereogrid_tool stereogrid_baselines")
-    options = ["--preset", given.preset, *settings(given.settings)]
-    frames = given.frames or (None if given.input else FRAMES)
+    options = ["--preset", arguments.preset, *settings(arguments.settings)]
+    frames = arguments.frames or (None if arguments.input else FRAMES)
     options += ["--frames", frames] if frames else []
     with tempfile.TemporaryDirectory() as work:
         try:
-            make_runs(given.input or SCENE, Path(work), given.programs, options)
-            save(draw(Path(work)), given.out)
+            make_runs(arguments.input or SCENE, Path(work), arguments.programs, options)
+            save(draw(Path(work)), arguments.out)
         except subprocess.CalledProcessError as error:  # the program has printed its message
             sys.exit(error.returncode)
         except Fault as fault:
             sys.exit(f"figures.py: {fault}")
-    print(f"figures in {given.out}")
+    print(f"figures in {arguments.out}")
 
 
 if __name__ == "__main__":

@@ -64,7 +64,7 @@ io::ImagePair halves_of(const io::ScaledImage& both, SecondTopic layout, const s
   const int height_px{is_beside ? both.grey.height() : both.grey.height() / 2};
   if (width_px == 0 || height_px == 0 || (is_beside ? both.grey.width() : both.grey.height()) % 2 != 0) {
     throw InputError{name,
-                     fmt::format("{}×{} px are no two images of one size.", both.grey.width(), both.grey.height()),
+                     fmt::format("{}×{} px are not two images of one size.", both.grey.width(), both.grey.height()),
                      "Record the images of both cameras on topics of their own."};
   }
   return {part_of(both.grey, 0, 0, width_px, height_px),

@@ -38,7 +38,7 @@ struct Shots {
 /// Finds the images of a bag again.
 class BagImages final : public io::ImageStore {
  public:
-  /// `name`: of the bag, for complaints.
+  /// `name`: of the bag, for error messages.
   BagImages(std::unique_ptr<mcap::Bag> bag, std::string name, ImageTopics topics, std::vector<ShotPair> pairs);
 
   [[nodiscard]] io::ImagePair load(std::size_t index) const override;

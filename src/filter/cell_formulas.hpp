@@ -114,11 +114,11 @@ STEREOGRID_HD inline auto is_as_unseen(const FilterStep& step, T occupancy, T st
 }
 
 /// Coefficients of prediction and update (docs/method.md §8.7) for the masses that arrive in a cell: m(k) ← scale·m(k)
-/// + born(k).
+/// + birth(k).
 template <class T>
 struct UpdateOfCell {
   T scale;
-  T birth_static;  ///< born(k) of standstill
+  T birth_static;  ///< birth(k) of standstill
   T birth_moving;  ///< for every other velocity
   T occupancy;     ///< Σ m(k) afterwards
 };
@@ -127,7 +127,7 @@ struct UpdateOfCell {
 template <class T>
 struct ViewOfCell {
   T repeated;  ///< similarity to the view of the step before: 0: different, 1: the same
-  T forgetting;
+  T decay;
   T coarseness;  ///< depth of a pixel of disparity, relative to the largest at which memory is sharp; 1 at least
   T squares;     ///< squared distance from the camera, in cells
 };
@@ -145,10 +145,9 @@ STEREOGRID_HD inline ViewOfCell<T> view_of_cell(const FilterStep& step, T x, T y
   const T beyond_right{of(0) - left - ahead * of(step.view_right)};
   const auto is_in_view = And(ahead > of(0), Max(beyond_left, beyond_right) <= of(0));
   const T coarseness{Max(squares / of(step.sharp_squares), of(1))};
-  const T forgetting_in_view{Min(of(step.forgetting_in_view) * coarseness, of(0.5f))};
+  const T decay_in_view{Min(of(step.decay_in_view) * coarseness, of(0.5f))};
   return {IfThenElseZero(squares > of(step.new_view_squares), of(1) - of(step.new_view_squares) / squares),
-          IfThenElse(is_in_view, forgetting_in_view, of(step.forgetting)), IfThenElse(is_in_view, coarseness, of(1)),
-          squares};
+          IfThenElse(is_in_view, decay_in_view, of(step.decay)), IfThenElse(is_in_view, coarseness, of(1)), squares};
 }
 
 /// Limits repeated evidence, since errors repeat while the view is the same. A repeated observation moves a cell to its
@@ -195,9 +194,9 @@ STEREOGRID_HD inline UpdateOfCell<T> joint_update(const FilterStep& step, T arri
   const T stayed{arrived - displaced};
   const T total{Min(stayed, one)};
   const T lacking{IfThenElseZero(is_never_seen, Max(of(0.5f) - total, of(0)))};
-  const T kept{one - view.forgetting};
+  const T kept{one - view.decay};
   const T empty{one - total - lacking};
-  const T remembered{kept * (total + lacking) + view.forgetting * empty};
+  const T remembered{kept * (total + lacking) + view.decay * empty};
   const T share{(kept_where_coarse)(remembered, view.coarseness, likelihood.odds)};
   const T predicted{share * remembered};
   const T repeated{IfThenElse(is_never_seen, one, view.repeated)};
@@ -206,8 +205,8 @@ STEREOGRID_HD inline UpdateOfCell<T> joint_update(const FilterStep& step, T arri
   const T free{IfThenElse(is_repeated, one, likelihood.empty)};
   const T gain{share * occupied / (occupied * predicted + free * (one - predicted))};
   const T unseen{gain * kept * lacking};
-  const T changed{gain * Min(view.forgetting, of(step.forgetting_in_view)) * empty};
-  const T misplaced{gain * view.forgetting * empty - changed};  // by the growth with depth
+  const T changed{gain * Min(view.decay, of(step.decay_in_view)) * empty};
+  const T misplaced{gain * view.decay * empty - changed};  // by the growth with depth
   const auto was_seen = And(age_s <= of(0), view.squares <= of(step.appearing_squares));
   const T birth_static{IfThenElse(was_seen, of(step.appearing_static), of(step.prior_static))};
   const T birth_moving{IfThenElse(was_seen, of(step.appearing_moving), of(step.prior_moving))};

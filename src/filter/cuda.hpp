@@ -21,7 +21,7 @@ struct FilterMotion {
 FilterMotion filter_motion(const FilterInput& input, const GridGeometry& before);
 
 /// The filter's state on the device. Masses are as they arrived; what the update made of them, m(k) = scale·mass(k) +
-/// born(k), is worked out where they are read next: so a step reads and writes each of them once.
+/// birth(k), is worked out where they are read next: so a step reads and writes each of them once.
 struct FilterStateOnDevice {
   /// All bits are 0.
   FilterStateOnDevice(Cuda& cuda, const FilterConfig& config, int cells);

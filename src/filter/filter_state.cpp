@@ -150,9 +150,9 @@ FilterStep step_of(const FilterInput& input) {
   const FilterConfig& config{input.config};
   FilterStep step{};
   step.side = static_cast<int>(input.tables.axis_mps.size());
-  const auto forgetting = [&](double time_s) { return static_cast<float>((1 - std::exp(-input.dt_s / time_s)) / 2); };
-  step.forgetting = forgetting(config.decay_time_s);
-  step.forgetting_in_view = forgetting(config.decay_time_in_view_s);
+  const auto decay = [&](double time_s) { return static_cast<float>((1 - std::exp(-input.dt_s / time_s)) / 2); };
+  step.decay = decay(config.decay_time_s);
+  step.decay_in_view = decay(config.decay_time_in_view_s);
   step.border_occupancy = config.model == FilterModel::joint ? border_occupancy : 0.5f;
   const GridGeometry& grid{input.geometry};
   const CameraView& view{input.view};
@@ -166,8 +166,8 @@ FilterStep step_of(const FilterInput& input) {
   step.new_view_squares = static_cast<float>(view.parallax_px_m2 / CameraView::new_view_px / square_m2);
   step.appearing_squares = static_cast<float>(view.focal_baseline_pxm * depth_of_pixel_max_m / square_m2);
   step.sharp_squares = static_cast<float>(view.focal_baseline_pxm * depth_of_pixel_sharp_m / square_m2);
-  const bool is_told{config.scene_flow && view.left >= 0};
-  const double followed_m{is_told ? followed_max_m : std::numeric_limits<double>::infinity()};
+  const bool has_flow{config.scene_flow && view.left >= 0};
+  const double followed_m{has_flow ? followed_max_m : std::numeric_limits<double>::infinity()};
   step.moving_squares = static_cast<float>(followed_m * followed_m / square_m2);
   step.kept_standing = step.kept_moving = step.prior_static = step.appearing_static = 1;
   step.moving_velocities = static_cast<float>(step.velocities() - 1);

@@ -30,7 +30,7 @@ constexpr float hidden_min{0.6f};
 /// Moving mass of a cell that a moving obstacle covers in part.
 constexpr float covered_min{0.2f};
 /// Least occupancy of a cell that the frame does not show, beside an obstacle that it shows, to be unknown …
-constexpr float doubtful_min{0.2f};
+constexpr float uncertain_min{0.2f};
 /// … and of that obstacle in the frame.
 constexpr float neighbour_min{0.6f};
 constexpr int cells_together{16};
@@ -106,7 +106,7 @@ void correct(View<const float> observed, int x, int y, GridLayers& filtered) {
     occupancy = std::max(weighed / (weighed + 1 - occupancy), 0.5f);
     moving = std::min(moving, occupancy);
   } else if (is_shown || moving > covered_min ||
-             (occupancy > doubtful_min && around(observed, x, y).most > neighbour_min)) {
+             (occupancy > uncertain_min && around(observed, x, y).most > neighbour_min)) {
     occupancy = 0.5f;
   }
 }

@@ -18,21 +18,21 @@ struct MovingFrom {
 
 /// Constants of one filter step.
 struct FilterStep {
-  int side;                  ///< the lattice has side × side velocities, y-major; odd: the middle one is standstill
-  float forgetting;          ///< eps of docs/method.md §8.4, from the time constant and the time step
-  float kept_moving;         ///< share of a moving velocity's mass that keeps it: 1 − mu
-  float kept_standing;       ///< share of the static mass that stays static
-  float spread;              ///< share of all moving mass that each moving velocity gains
-  float start;               ///< share of the standing mass that each moving velocity gains
-  float stop;                ///< share of the moving mass that comes to stand
-  float border_occupancy;    ///< occupancy of cells outside the window
-  float prior_static;        ///< prior of standstill for new mass
-  float prior_moving;        ///< prior of every other velocity for new mass
-  float appearing_static;    ///< prior of standstill for mass that appears on ground seen free in the frame before
-  float appearing_moving;    ///< prior of every other velocity for that
-  float lattice_squares;     ///< Σ v_x² over the lattice, m²/s²
-  float forgetting_in_view;  ///< likewise of cells within the camera's angle of view
-  float camera_x;            ///< column and row of the cell in which the camera is
+  int side;                ///< the lattice has side × side velocities, y-major; odd: the middle one is standstill
+  float decay;             ///< eps of docs/method.md §8.4, from the time constant and the time step
+  float kept_moving;       ///< share of a moving velocity's mass that keeps it: 1 − mu
+  float kept_standing;     ///< share of the static mass that stays static
+  float spread;            ///< share of all moving mass that each moving velocity gains
+  float start;             ///< share of the standing mass that each moving velocity gains
+  float stop;              ///< share of the moving mass that comes to stand
+  float border_occupancy;  ///< occupancy of cells outside the window
+  float prior_static;      ///< prior of standstill for new mass
+  float prior_moving;      ///< prior of every other velocity for new mass
+  float appearing_static;  ///< prior of standstill for mass that appears on ground seen free in the frame before
+  float appearing_moving;  ///< prior of every other velocity for that
+  float lattice_squares;   ///< Σ v_x² over the lattice, m²/s²
+  float decay_in_view;     ///< likewise of cells within the camera's angle of view
+  float camera_x;          ///< column and row of the cell in which the camera is
   float camera_y;
   float ahead_x;  ///< viewing direction, of length 1
   float ahead_y;
@@ -102,7 +102,7 @@ using VelocitySums = LatticeSums<float>;
 
 /// P(still or newly occupied) before the update.
 STEREOGRID_HD inline float still_occupied(const FilterStep& step, float occupancy) {
-  return (1 - step.forgetting) * occupancy + step.forgetting * (1 - occupancy);
+  return (1 - step.decay) * occupancy + step.decay * (1 - occupancy);
 }
 
 }  // namespace stereogrid

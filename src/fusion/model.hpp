@@ -17,9 +17,9 @@ struct IndependentPool {
   double empty{1};
 
   STEREOGRID_HD void add(double p, double confidence) {
-    const double believed{0.5 + confidence * (p - 0.5)};
-    occupied *= believed;
-    empty *= 1 - believed;
+    const double weighted{0.5 + confidence * (p - 0.5)};
+    occupied *= weighted;
+    empty *= 1 - weighted;
   }
   [[nodiscard]] STEREOGRID_HD double probability() const {
     const double all{occupied + empty};

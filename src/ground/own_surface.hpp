@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "geometry/match_lattice.hpp"
+#include "images/patch.hpp"
 #include "memory_bytes.hpp"
 #include "stereogrid/camera.hpp"
 #include "stereogrid/frame.hpp"

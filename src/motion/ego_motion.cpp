@@ -96,11 +96,11 @@ EgoMotion::Placing EgoMotion::place(const std::optional<Pose2>& pose, double dt_
   if (last_pose_) {
     const Pose2 motion{inverse(*last_pose_) * *pose};
     const bool drivable{is_drivable(motion)};
-    const bool believed{!config_.detect_jumps ||
-                        (drivable && (!rate_ || follows(motion, rate_) || follows(motion, pose_rate_)))};
+    const bool is_plausible{!config_.detect_jumps ||
+                            (drivable && (!rate_ || follows(motion, rate_) || follows(motion, pose_rate_)))};
     const std::optional<Rate> rate{rate_of(motion)};
-    if (!believed) placing = move_along(*pose, motion);
-    if (believed && rate) rate_ = rate;
+    if (!is_plausible) placing = move_along(*pose, motion);
+    if (is_plausible && rate) rate_ = rate;
     pose_rate_ = drivable ? rate : std::nullopt;
     before_s_ = since_pose_s_;
   }

@@ -40,7 +40,7 @@ void check_grid(const ObservedGrid& grid, const std::string& frame_name) {
           "another source's grid does not have its geometry's size.",
           "Occupancy and confidence must be nx × ny cells; confidence may be left empty.");
   require(are_shares(grid.occupancy) && are_shares(grid.confidence),
-          "another source's grid has values that are no probabilities.",
+          "another source's grid has values that are not probabilities.",
           "Occupancy and confidence must lie in 0 … 1; unknown is 0.5.");
 }
 

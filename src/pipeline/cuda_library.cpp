@@ -35,8 +35,8 @@ std::filesystem::path own_folder() {
 void* opened(const std::string& name) {
   void* const library{dlopen(name.c_str(), RTLD_NOW | RTLD_LOCAL)};
   if (library == nullptr) {
-    const char* const complaint{dlerror()};
-    throw DeviceError{"The CUDA library " + name + " could not be loaded: " + (complaint == nullptr ? "" : complaint) +
+    const char* const problem{dlerror()};
+    throw DeviceError{"The CUDA library " + name + " could not be loaded: " + (problem == nullptr ? "" : problem) +
                       "."};
   }
   return library;

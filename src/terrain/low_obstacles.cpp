@@ -93,7 +93,7 @@ int LowObstacles::begin(const Terrain& terrain, const GridInVehicle& window) {
   camera_ = camera;
   places_ = CellPlaces{window, {0, 0}, 1};
   const float sampled_m{std::sqrt(cell_m_ * camera.height_m / camera.tangent_per_v)};
-  const float end_m{std::max(std::min(terrain.judged_m(), sampled_m), cell_m_)};
+  const float end_m{std::max(std::min(terrain.checked_m(), sampled_m), cell_m_)};
   least_px_ = camera.focal_baseline_pxm / end_m;
   column_step_ = std::max(static_cast<int>(camera.focal_px * cell_m_ / (end_m * columns_enough)), 1);
   const GridGeometry& grid{window.grid};

@@ -21,7 +21,7 @@ class TerrainRelief {
 
   /// Sets the data of all sectors, before the functions below. `sigma_px`: noise of disparities by ring.
   void begin(const TerrainCamera& camera, const TerrainLimits& limits, const Rings& rings, const float* sigma_px,
-             int judged_rings, const FirstGround& prior);
+             int checked_rings, const FirstGround& prior);
   /// Elevations of one sector's rings.
   void profile(int sector, const TerrainCamera& camera, const Rings& rings, const float* sigma_px,
                const PolarCell* cells);
@@ -31,7 +31,7 @@ class TerrainRelief {
 
   /// Elevation of wide ground, m; NaN: none, or too noisy to distinguish from an obstacle's foot.
   [[nodiscard]] float wide_elevation(int sector, int ring) const {
-    return ring < judged_rings_ ? ground_m_(ring, sector) : std::numeric_limits<float>::quiet_NaN();
+    return ring < checked_rings_ ? ground_m_(ring, sector) : std::numeric_limits<float>::quiet_NaN();
   }
   [[nodiscard]] Relief<Host> view() const { return {rows_.view()}; }
   [[nodiscard]] std::size_t memory_bytes() const {
@@ -57,7 +57,7 @@ class TerrainRelief {
   TerrainLimits limits_{};
   FirstGround prior_;
   int height_px_;
-  int judged_rings_{0};
+  int checked_rings_{0};
   Image<float> elevation_m_;           // (ring, sector); NaN: no firm ground
   Image<std::int16_t> ground_before_;  // (sector, ring): sectors before it with firm ground
   Image<std::int16_t> level_before_;   // (sector, ring): sectors before it with elevations within the noise

@@ -29,7 +29,7 @@ struct RingView {
   /// of the ground's rows have one. `z_near`, `z_far`: elevation of the ground at both ends.
   [[nodiscard]] int row_through(float z_near, float z_far, float highest_z) const;
   [[nodiscard]] float predicted_rows(float z, float slope) const;
-  [[nodiscard]] bool is_judged() const { return ring < in->judged_rings; }
+  [[nodiscard]] bool is_checked() const { return ring < in->checked_rings; }
   /// Noise of the height over the surface, m.
   [[nodiscard]] float sigma(float z, float slope) const {
     return in->camera.height_sigma(in->camera.height_m - z, slope, x, sigma_px);

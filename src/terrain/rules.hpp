@@ -22,11 +22,11 @@ constexpr float ruled_free{0.2f};
 constexpr float ruled_obstacle{0.7f};
 constexpr float ruled_edge{0.7f};
 /// P(occupied) from which on rays alone do not make a cell without ground free.
-constexpr float doubtful_free{0.2f};
+constexpr float uncertain_free{0.2f};
 
 STEREOGRID_HD inline float ruled(float occupancy, CellRule rule) {
   const float not_free{Max(occupancy, 0.5f)};
-  if (rule == CellRule::ground_not_seen) return occupancy > doubtful_free ? not_free : occupancy;
+  if (rule == CellRule::ground_not_seen) return occupancy > uncertain_free ? not_free : occupancy;
   if (rule == CellRule::not_free) return not_free;
   if (rule == CellRule::free) return Min(occupancy, ruled_free);
   if (rule == CellRule::obstacle) return Max(occupancy, ruled_obstacle);

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kinds{5};
 /// Standard deviations of the elevation that must not exceed a step.
-constexpr float judged_sigmas{3};
+constexpr float checked_sigmas{3};
 
 /// Sectors of a cell, by class.
 struct CellSectors {
@@ -74,17 +74,17 @@ void Terrain::begin(const Ground& ground, const Ground& surface) {
 
 void Terrain::begin_walks() {
   samples_.measure_noise(rings_.count(), sigma_px_);
-  judged_rings_ = 0;
-  bool is_judged{true};
+  checked_rings_ = 0;
+  bool is_checked{true};
   for (int ring{0}; ring < rings_.count(); ++ring) {
     const auto r = static_cast<std::size_t>(ring);
     const float x{rings_.middle_m(ring)};
     const float row{static_cast<float>(rig_.cy_px) + static_cast<float>(rig_.focal_px) * camera_.height_m / x};
     plane_sigma_m_[r] = camera_.elevation_sigma(camera_.height_m, x,
                                                 static_cast<float>(plane_sigma_px(rig_, ground_, rig_.cx_px, row)));
-    is_judged =
-        is_judged && judged_sigmas * camera_.elevation_sigma(camera_.height_m, x, sigma_px_[r]) <= limits_.step_m;
-    if (is_judged) judged_rings_ = ring + 1;
+    is_checked =
+        is_checked && checked_sigmas * camera_.elevation_sigma(camera_.height_m, x, sigma_px_[r]) <= limits_.step_m;
+    if (is_checked) checked_rings_ = ring + 1;
   }
 }
 

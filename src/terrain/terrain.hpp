@@ -67,7 +67,7 @@ class Terrain {
     const View<const SectorWalk> walks{std::as_const(walks_).view()};
     for_sectors([&](int sector) { settle_sector(sector, walks, rings_.count(), cells_.row(sector)); });
     spread_hidden(rings_.count(), cells_.view());
-    relief_.begin(camera_, limits_, rings_, sigma_px_.data(), judged_rings_, prior_);
+    relief_.begin(camera_, limits_, rings_, sigma_px_.data(), checked_rings_, prior_);
     for_sectors([&](int sector) { relief_.profile(sector, camera_, rings_, sigma_px_.data(), cells_.row(sector)); });
     relief_.count_level(rings_.count());
     for_sectors([&](int sector) { relief_.fill(sector, camera_, rings_, cells_.row(sector)); });
@@ -123,8 +123,8 @@ class Terrain {
 
   [[nodiscard]] const TerrainCamera& camera() const { return camera_; }
   /// Range up to which low obstacles and edges are found.
-  [[nodiscard]] float judged_m() const { return judged_rings_ > 0 ? rings_.end_m(judged_rings_ - 1) : 0; }
-  /// Noise of the disparities x m ahead, up to judged_m().
+  [[nodiscard]] float checked_m() const { return checked_rings_ > 0 ? rings_.end_m(checked_rings_ - 1) : 0; }
+  /// Noise of the disparities x m ahead, up to checked_m().
   [[nodiscard]] float sigma_px(float x) const {
     const int ring{rings_.at_disparity(camera_.focal_baseline_pxm / x)};
     return sigma_px_[static_cast<std::size_t>(std::max(ring, 0))];
@@ -150,7 +150,7 @@ class Terrain {
   void begin_walks();
   void count_observed_rings();
   [[nodiscard]] WalkInput input() const {
-    return {camera_, limits_, rings_, samples_, sigma_px_.data(), judged_rings_, window_rows_, prior_};
+    return {camera_, limits_, rings_, samples_, sigma_px_.data(), checked_rings_, window_rows_, prior_};
   }
 
   Rig rig_;
@@ -164,7 +164,7 @@ class Terrain {
   Image<SectorWalk> walks_;           // (sector, 0)
   TrenchFilter trenches_;
   TerrainRelief relief_;
-  int judged_rings_{0};
+  int checked_rings_{0};
   std::vector<int> observed_rings_;  // by sector: up to the last one with a known cell
   Ground ground_;
   FirstGround prior_;

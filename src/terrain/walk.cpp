@@ -187,7 +187,7 @@ bool Walk::take_over() {
   const float across_m{1.5f * sector_px * view_.x / in_.camera.focal_px};
   const float nearest{0.5f * in_.limits.step_m + in_.limits.slope * across_m + view_.sigma(z, slope)};
   const RingSamples samples{view_.gather(z, slope, nearest)};
-  if (!view_.has_ground(samples, z, slope) || (view_.is_judged() && view_.has_obstacle(samples, z, slope)))
+  if (!view_.has_ground(samples, z, slope) || (view_.is_checked() && view_.has_obstacle(samples, z, slope)))
     return false;
   state_ = {view_.x, samples.ground_z / static_cast<float>(samples.ground), slope, 0, 0, true, false, false};
   cells_[ring_] = {state_.z, slope, TerrainClass::drivable};
@@ -199,7 +199,7 @@ void Walk::step_lost() {
   if (is_blind() || (!state_.is_blocked && meet_trench()) || take_over()) return;
   if (walk_.end != no_ring && ring_ >= walk_.end) {
     cells_[ring_].kind = TerrainClass::hidden;
-  } else if (!state_.is_blocked && view_.is_judged() && is_contradicted()) {
+  } else if (!state_.is_blocked && view_.is_checked() && is_contradicted()) {
     cells_[ring_].kind = TerrainClass::hidden;
   }
 }
@@ -225,7 +225,7 @@ void Walk::meet_gap(int row, float z, float tolerance) {
 }
 
 bool Walk::meet_trench() {
-  if (ring_ != walk_.trench || !(walk_.is_trench_sure || view_.is_judged())) return false;
+  if (ring_ != walk_.trench || !(walk_.is_trench_sure || view_.is_checked())) return false;
   end_at(GapKind::drop, view_.begin_m, walk_.trench_wall, walk_.trench_fall_m);
   return true;
 }
@@ -263,8 +263,8 @@ void Walk::step() {
   const float allowed{std::max(in_.limits.step_m, 0.7f * in_.limits.slope * (view_.x - state_.x)) +
                       1.25f * view_.sigma(z, state_.slope)};
   const RingSamples samples{view_.gather(z, state_.slope, allowed)};
-  if (view_.is_judged() && view_.has_obstacle(samples, z, state_.slope)) return set_obstacle(samples);
-  if (view_.is_judged()) {
+  if (view_.is_checked() && view_.has_obstacle(samples, z, state_.slope)) return set_obstacle(samples);
+  if (view_.is_checked()) {
     const float z_near{state_.elevation(view_.begin_m)};
     const float z_far{state_.elevation(view_.end_m)};
     const int row{view_.row_through(z_near, z_far, std::min(z_near, z_far))};

@@ -50,7 +50,7 @@ struct SectorWalk {
   int trench{no_ring};             ///< ring of a trench's edge
   int trench_wall{no_ring};        ///< ring of its far wall
   float trench_fall_m{0};          ///< visible part of the wall
-  bool is_trench_sure{false};      ///< it ends walks beyond judged_rings, too
+  bool is_trench_sure{false};      ///< it ends walks beyond checked_rings, too
   int passage_end{no_ring};        ///< edge beside a passage that the walk must not follow
   int passage_edge{0};             ///< sector of one of its edges
   int block_confirmations{0};      ///< number of neighbours that must confirm `blocked`
@@ -63,7 +63,7 @@ struct WalkInput {
   const Rings& rings;
   const TerrainSamples& samples;
   const float* sigma_px;  ///< by ring
-  int judged_rings;       ///< rings whose noise is low enough for edges and obstacles
+  int checked_rings;      ///< rings whose noise is low enough for edges and obstacles
   float window_rows;      ///< rows over which the matcher smears a jump
   FirstGround prior{};
 };

@@ -71,7 +71,7 @@ TEST(Simulate, ObeysItsOptions) {
   EXPECT_EQ(files_in(folder / "drive" / "right").size(), 2U);
 }
 
-TEST(Info, TellsWhatIsThere) {
+TEST(Info, ReportsWhatIsThere) {
   const TemporaryFolder folder;
   run_well({"simulate", small_scene("street", "&frames=3"), "--out", (folder / "drive").string()});
   const std::string said{run_well({"info", (folder / "drive").string()}).output};
@@ -91,7 +91,7 @@ TEST(Info, SaysWhichStepsAreVisibleAndProposesThePresetOfALowCamera) {
   EXPECT_THAT(robot, Not(HasSubstr("--preset robot")));
 }
 
-TEST(Info, ComplainsOfADamagedFrameAndStaysUsable) {
+TEST(Info, RejectsADamagedFrameAndStaysUsable) {
   const TemporaryFolder folder;
   run_well({"simulate", small_scene("street", "&frames=3"), "--out", (folder / "drive").string()});
   fs::resize_file(folder / "drive" / "left" / "000001.png", 100);

@@ -172,17 +172,17 @@ TEST(Evaluate, SaysWhatIsMissing) {
   const fs::path drive{folder / "drive"};
   run_well({"simulate", scene, "--out", drive.string()});
   run_scene(drive.string(), folder / "run");
-  const auto complaint = [&](const std::vector<std::string>& words) {
+  const auto error_text = [&](const std::vector<std::string>& words) {
     std::vector<std::string> all{"evaluate", (folder / "run").string()};
     all.insert(all.end(), words.begin(), words.end());
     const Outcome outcome{run_tool(all)};
     EXPECT_EQ(outcome.exit_code, 65);
     return outcome.errors;
   };
-  EXPECT_THAT(complaint({"--truth", "lidar"}), HasSubstr("has no lidar sweeps. It has exact truth"));
-  EXPECT_THAT(complaint({"scene:empty?frames=2&width=200&height=100"}),
+  EXPECT_THAT(error_text({"--truth", "lidar"}), HasSubstr("has no lidar sweeps. It has exact truth"));
+  EXPECT_THAT(error_text({"scene:empty?frames=2&width=200&height=100"}),
               HasSubstr("images of 160 × 100 px, but the input's have 200 × 100 px"));
-  EXPECT_THAT(complaint({scene, "--truth", "lidar"}), HasSubstr("scene has no lidar"));
+  EXPECT_THAT(error_text({scene, "--truth", "lidar"}), HasSubstr("scene has no lidar"));
 
   // the same frames under other names
   const fs::path other{folder / "other"};
@@ -193,17 +193,17 @@ TEST(Evaluate, SaysWhatIsMissing) {
     renamed.replace(at, 6, "\"10000");
   }
   std::ofstream{other / "truth" / "objects.jsonl"} << renamed;
-  EXPECT_THAT(complaint({other.string()}), HasSubstr("none of its frames (000000 to 000001) has ground truth"));
+  EXPECT_THAT(error_text({other.string()}), HasSubstr("none of its frames (000000 to 000001) has ground truth"));
 
   fs::remove_all(drive / "truth");
-  EXPECT_THAT(complaint({}), HasSubstr("has no lidar sweeps"));
-  EXPECT_THAT(complaint({"--truth", "truth"}), HasSubstr("has no folder truth/"));
+  EXPECT_THAT(error_text({}), HasSubstr("has no lidar sweeps"));
+  EXPECT_THAT(error_text({"--truth", "truth"}), HasSubstr("has no folder truth/"));
   fs::remove_all(drive);
-  EXPECT_THAT(complaint({}), HasSubstr("is not there any more"));
+  EXPECT_THAT(error_text({}), HasSubstr("is not there any more"));
   fs::remove_all(folder / "run" / "grids");
-  EXPECT_THAT(complaint({}), HasSubstr("the run has no grids"));
+  EXPECT_THAT(error_text({}), HasSubstr("the run has no grids"));
   fs::remove_all(folder / "run");
-  EXPECT_THAT(complaint({}), HasSubstr("is not a folder"));
+  EXPECT_THAT(error_text({}), HasSubstr("is not a folder"));
 }
 
 }  // namespace

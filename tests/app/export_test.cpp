@@ -155,7 +155,7 @@ TEST_F(Export, RefusesWhatCannotBe) {
       {words({}), 64, "Give --nav2-map DIR, --laserscan FILE.csv or both"},
       {words({"--frame", "3", "--laserscan", at("never")}), 64, "--frame chooses the grid of"},
       {words({"--frame", "7", "--nav2-map", at("never")}), 64, "Its frames are 2 to 6."},
-      {words({"--frame", "-1", "--nav2-map", at("never")}), 64, "-1 is no whole number"},
+      {words({"--frame", "-1", "--nav2-map", at("never")}), 64, "-1 is not a whole number"},
       {words({"--laserscan", at("mine.csv"), "--nav2-map", at("never")}), 64, "mine.csv is there already"},
       {words({"--nav2-map", at("there")}), 64, "map.pgm is there already"},
       {{"export", folder->path().string(), "--laserscan", at("never")}, 65, "run.json"}};

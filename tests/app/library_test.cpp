@@ -30,7 +30,7 @@ class Library : public ::testing::Test {
   static void put_library(const fs::path& folder) { std::ofstream{folder / name} << "no library"; }
 
   /// Error of a run that requires the library; `program` as typed in the folder elsewhere.
-  [[nodiscard]] std::string complaint(const std::string& program) const {
+  [[nodiscard]] std::string error_text(const std::string& program) const {
     const fs::path errors{folder_ / "errors"};
     const int code{shell("cd " + quoted(elsewhere().string()) +
                          " && unset STEREOGRID_CUDA_LIBRARY LD_LIBRARY_PATH && PATH=" + quoted(bin().string()) +
@@ -48,13 +48,13 @@ TEST_F(Library, BesideTheProgramIsFoundHoweverTheProgramIsCalled) {
   put_library(bin());
   fs::create_symlink(bin() / "stereogrid", elsewhere() / "link");
   for (const char* program : {"stereogrid", "../prefix/bin/stereogrid", "./link", "\"$(command -v stereogrid)\""}) {
-    EXPECT_THAT(complaint(program), HasSubstr((bin() / name).string() + " could not be loaded")) << program;
+    EXPECT_THAT(error_text(program), HasSubstr((bin() / name).string() + " could not be loaded")) << program;
   }
 }
 
 TEST_F(Library, InThePrefixOfTheProgramIsFound) {
   put_library(prefix() / STEREOGRID_LIBRARY_FOLDER);
-  EXPECT_THAT(complaint("stereogrid"),
+  EXPECT_THAT(error_text("stereogrid"),
               HasSubstr((bin() / ".." / STEREOGRID_LIBRARY_FOLDER / name).string() + " could not be loaded"));
 }
 
@@ -63,7 +63,7 @@ TEST_F(Library, InTheCurrentFolderIsLeftAlone) {
   fs::create_directories(elsewhere() / ".." / STEREOGRID_LIBRARY_FOLDER);
   put_library(elsewhere() / ".." / STEREOGRID_LIBRARY_FOLDER);
   std::ofstream{elsewhere() / "stereogrid"} << "anything of that name";
-  EXPECT_THAT(complaint("stereogrid"), Not(HasSubstr("could not be loaded")));
+  EXPECT_THAT(error_text("stereogrid"), Not(HasSubstr("could not be loaded")));
 }
 
 }  // namespace

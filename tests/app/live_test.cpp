@@ -101,7 +101,7 @@ TEST(Live, PlaysARecordingAndEndsWithIt) {
 }
 
 // As systemd does for a service of Type=notify with a watchdog.
-TEST(Live, TellsAServiceManagerThatItIsAlive) {
+TEST(Live, NotifiesAServiceManagerThatItIsAlive) {
   const TemporaryFolder folder;
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
@@ -112,15 +112,15 @@ TEST(Live, TellsAServiceManagerThatItIsAlive) {
   ASSERT_EQ(bind(manager, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
   const timeval patience{20, 0};
   setsockopt(manager, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-  const auto told{[&] {
+  const auto notified{[&] {
     std::array<char, 100> words{};
     return recv(manager, words.data(), words.size(), 0) > 0 ? std::string{words.data()} : "";
   }};
   setenv("NOTIFY_SOCKET", path.c_str(), 1);
   Process live{{"live", small_scene("street", "&frames=8"), "--loop", "--listen", ":0"}};
   unsetenv("NOTIFY_SOCKET");
-  EXPECT_EQ(told(), "READY=1");
-  for (int i{0}; i < 3; ++i) EXPECT_EQ(told(), "WATCHDOG=1");
+  EXPECT_EQ(notified(), "READY=1");
+  for (int i{0}; i < 3; ++i) EXPECT_EQ(notified(), "WATCHDOG=1");
   live.send(SIGINT);
   EXPECT_EQ(live.wait(), 0);
   close(manager);

@@ -55,17 +55,17 @@ TEST(Options, SimulateRefusesWhatIsNoNumberOfFramesAndNoSeed) {
   };
   for (const char* frames : {"0", "-1", "1000001", "010"}) {
     expect_refused(
-        {simulate("--frames", frames), "--frames: " + std::string{frames} + " is no whole number from 1 to 1000000"},
+        {simulate("--frames", frames), "--frames: " + std::string{frames} + " is not a whole number from 1 to 1000000"},
         64);
   }
   for (const char* seed : {"-1", "18446744073709551616"}) {
     expect_refused({simulate("--seed", seed),
-                    "--seed: " + std::string{seed} + " is no whole number from 0 to 18446744073709551615"},
+                    "--seed: " + std::string{seed} + " is not a whole number from 0 to 18446744073709551615"},
                    64);
   }
   for (const char* width : {"15", "1e2"}) {
     expect_refused(
-        {simulate("--width", width), "--width: " + std::string{width} + " is no whole number from 16 to 8192"}, 64);
+        {simulate("--width", width), "--width: " + std::string{width} + " is not a whole number from 16 to 8192"}, 64);
   }
   EXPECT_FALSE(fs::exists(out));
 }
@@ -74,11 +74,11 @@ TEST(Options, NumbersThatAreNoneAreRefused) {
   const TemporaryFolder folder;
   const std::string out{(folder / "never").string()};
   for (const char* number : {"nan", "5.1", "1.6m"}) {
-    const std::string said{std::string{"--camera-height: "} + number + " is no number from 0.3 to 5"};
+    const std::string said{std::string{"--camera-height: "} + number + " is not a number from 0.3 to 5"};
     expect_refused({{"evaluate", "no_run", "--camera-height", number}, said}, 64);
   }
   for (const char* threads : {"-1", "1025"}) {
-    const std::string said{std::string{"--threads: "} + threads + " is no whole number from 0 to 1024"};
+    const std::string said{std::string{"--threads: "} + threads + " is not a whole number from 0 to 1024"};
     expect_refused({{"run", "scene:empty", "--out", out, "--threads", threads}, said}, 64);
   }
 }
@@ -149,7 +149,7 @@ TEST(Options, OfScenesAreChecked) {
   for (const Refused& refused : refusals) expect_refused(refused, 65);
 }
 
-TEST(Options, HelpTellsEveryExitCode) {
+TEST(Options, HelpListsEveryExitCode) {
   const std::string help{run_well({"--help"}).output};
   for (const char* code : {"0 ", "64 ", "65 ", "70 ", "75 ", "129", "130", "141", "143"}) {
     EXPECT_THAT(help.substr(help.find("Exit codes")), HasSubstr(code));

@@ -91,7 +91,7 @@ std::map<std::string, std::int64_t> counts(const PlacedFrames& frames) {
   return counted;
 }
 
-TEST(PlacedFrames, TheNewestWaitsAndTellsWhatAnEarlierOneBegan) {
+TEST(PlacedFrames, TheNewestWaitsAndReportsWhatAnEarlierOneBegan) {
   Listed listed{{frame(0), frame(1), frame(2, true), frame(3)}, PoseSource::odometry};
   PlacedFrames frames{listed.input};
   listed.source->wait();
@@ -106,7 +106,7 @@ TEST(PlacedFrames, TheNewestWaitsAndTellsWhatAnEarlierOneBegan) {
   EXPECT_TRUE(frames.has_ended());
 }
 
-TEST(PlacedFrames, BeginsAnewWhenAsked) {
+TEST(PlacedFrames, RestartsOnRequest) {
   Listed listed{{frame(0), frame(1)}, PoseSource::none};
   listed.source->hold_after(1);
   PlacedFrames frames{listed.input};

@@ -65,7 +65,7 @@ TEST(PoseBuffer, WaitsForASecondPose) {
   EXPECT_DOUBLE_EQ(buffer.at(100 * ms, 10s).x_m, 1);
 }
 
-TEST(PoseBuffer, ForgetsWhatCameBeforeTheStampsStepBack) {
+TEST(PoseBuffer, DropsWhatCameBeforeTheStampsStepBack) {
   PoseBuffer buffer{"/odom"};
   buffer.add({pose_at(5000), pose_at(5100)});
   buffer.add({pose_at(100)});

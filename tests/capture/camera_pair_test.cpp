@@ -221,7 +221,7 @@ TEST(CameraPair, EndsOnceTheLastFrameIsTaken) {
   EXPECT_TRUE(pair.has_ended());
 }
 
-TEST(CameraPair, TellsOfANewStreamThoughItsFirstFrameIsLost) {
+TEST(CameraPair, ReportsANewStreamThoughItsFirstFrameIsLost) {
   CameraPair pair{small_calibration()};
   const auto start{Clock::now()};
   pair.add(view(plain(1)), view(plain(1)), start);

@@ -39,7 +39,7 @@ namespace {
 
 constexpr int depth_max{16};
 constexpr int kept_max{4096};
-constexpr std::size_t told_max{12};
+constexpr std::size_t listed_max{12};
 
 struct Allocation {
   std::size_t bytes;
@@ -103,8 +103,8 @@ void add(const Allocation& allocation, Allocations& found) {
   }
   ++found.count;
   found.bytes += allocation.bytes;
-  const bool is_told{std::find(found.where.begin(), found.where.end(), way) != found.where.end()};
-  if (!is_told && found.where.size() < told_max) found.where.push_back(way);
+  const bool is_listed{std::find(found.where.begin(), found.where.end(), way) != found.where.end()};
+  if (!is_listed && found.where.size() < listed_max) found.where.push_back(way);
 }
 
 }  // namespace

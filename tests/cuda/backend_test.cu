@@ -151,8 +151,9 @@ TEST(waiting_sleeps_where_cores_are_few) {
 TEST(what_the_device_refuses_is_said) {
   Cuda cuda;
   DeviceBuffer<int> value{2};
-  const std::string complaint{error_text_of([&] { launch(cuda, add_to, 1, 5000, 0, value.data(), value.data() + 1); })};
-  CHECK(complaint.find("could not start a kernel: invalid") != std::string::npos);
+  const std::string error_text{
+      error_text_of([&] { launch(cuda, add_to, 1, 5000, 0, value.data(), value.data() + 1); })};
+  CHECK(error_text.find("could not start a kernel: invalid") != std::string::npos);
   CHECK_EQUAL(error_text_of([] { allocate_on_device(std::size_t{1} << 50); }).find("The GPU's memory is too small"),
               0U);
 }

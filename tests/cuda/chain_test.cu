@@ -61,10 +61,10 @@ TEST(one_is_constructed_while_another_thread_records_a_graph) {
   for (int index{0}; index < 2; ++index) alone.run(street.frame(index), 0.1 * index);
   std::latch recording{1};
   std::latch done{1};
-  std::string complaint;
+  std::string error_text;
   std::thread other{[&] {
     recording.wait();
-    complaint = error_text_of([&] {
+    error_text = error_text_of([&] {
       Runner beside{std::make_unique<CudaStages>(small_config(), small_rig()), small_config(), small_rig()};
       beside.run(street.frame(0), 0);
       beside.run(street.frame(1), 0.1);
@@ -81,7 +81,7 @@ TEST(one_is_constructed_while_another_thread_records_a_graph) {
     done.wait();
   });
   other.join();
-  CHECK_EQUAL(complaint, "");
+  CHECK_EQUAL(error_text, "");
   graph.launch(cuda);
   cuda.synchronize();
 }

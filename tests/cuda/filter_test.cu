@@ -123,8 +123,8 @@ class Run {
         for (int k{0}; k < velocities && slot >= 0; ++k) {
           const std::size_t at{is_joint ? mass_index(slot, velocities, k, x, y)
                                         : static_cast<std::size_t>((k * cells + y) * cells + x)};
-          const float born{is_joint ? (k == velocities / 2 ? birth_static : birth_moving)(x, y) : 0.0f};
-          const float here{scale(x, y) * mass[at] + born};
+          const float birth{is_joint ? (k == velocities / 2 ? birth_static : birth_moving)(x, y) : 0.0f};
+          const float here{scale(x, y) * mass[at] + birth};
           const float expected{mass_of(now_, static_cast<std::size_t>(k), x, y)};
           largest = std::max(largest, static_cast<double>(std::abs(here - expected)));
         }

@@ -136,7 +136,7 @@ TEST(smoothing_with_other_widths) {
 
 TEST(counts_that_no_word_holds_are_refused) {
   Cuda cuda;
-  const auto complains = [&](int height, int disparities) {
+  const auto throws = [&](int height, int disparities) {
     try {
       const UDisparityOnDevice space{cuda, UDisparityTables{{}, 8, 5}, 8, height, disparities};
     } catch (const ConfigError&) {
@@ -144,9 +144,9 @@ TEST(counts_that_no_word_holds_are_refused) {
     }
     return false;
   };
-  CHECK(!complains(65535, 256));
-  CHECK(complains(65536, 256));
-  CHECK(complains(100, 257));
+  CHECK(!throws(65535, 256));
+  CHECK(throws(65536, 256));
+  CHECK(throws(100, 257));
 }
 
 }  // namespace

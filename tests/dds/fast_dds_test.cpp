@@ -46,7 +46,7 @@ TEST(DdsFast, BestEffortSubscribersGetWhatComes) {
   EXPECT_THAT(peer.rest(), ElementsAre(StartsWith(line_of(some_grid(21, 11, 3)))));
 }
 
-TEST(DdsFast, WhoAsksForMoreThanIsOfferedIsToldOf) {
+TEST(DdsFast, WhoAsksForMoreThanIsOfferedIsReported) {
   Warned warned;
   const auto node{open_node({.warn = warned.taker()})};
   const std::uint32_t channel{node->sink().add(grid_channel("/map", false))};

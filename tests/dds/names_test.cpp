@@ -49,11 +49,11 @@ TEST(DdsNames, FollowTheNodeAndItsRemappings) {
 
 TEST(DdsNames, ThatRosDoesNotTakeAreRefused) {
   for (const char* name : {"", "/", "a//b", "a/", "1st", "a b", "grün", "a-b"}) {
-    EXPECT_THAT([&] { Names{{.name = name}}; }, ThrowsMessage<ConfigError>(HasSubstr("no name of a ROS 2 node")))
+    EXPECT_THAT([&] { Names{{.name = name}}; }, ThrowsMessage<ConfigError>(HasSubstr("not a name of a ROS 2 node")))
         << name;
   }
   for (const char* text : {"", ":=", "a", "a:=", ":=b", "a:=b c", "a=b"}) {
-    EXPECT_THAT([&] { (Names{{.remappings = {text}}}); }, ThrowsMessage<ConfigError>(HasSubstr("no remapping")))
+    EXPECT_THAT([&] { (Names{{.remappings = {text}}}); }, ThrowsMessage<ConfigError>(HasSubstr("not a remapping")))
         << text;
   }
 }
@@ -77,7 +77,7 @@ TEST(DdsNames, SoAreVariablesThatMakeNoSense) {
   check_options({});
 }
 
-TEST(DdsNames, WhatTheNetworkComplainsOfIsToldAndEndsTheStart) {
+TEST(DdsNames, ErrorsOfTheNetworkAreReportedAndEndTheStart) {
   Warned warned;
   setenv("CYCLONEDDS_URI", "<CycloneDDS><Domain><Nonsense/></Domain></CycloneDDS>", 1);
   EXPECT_THAT([&] { (void)open_node({.warn = warned.taker()}); },

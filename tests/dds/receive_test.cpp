@@ -91,7 +91,7 @@ TEST(DdsReceive, ImagesOfEveryPublisherArriveWhole) {
   }
 }
 
-TEST(DdsReceive, OneNodeHearsTheOtherButNotItself) {
+TEST(DdsReceive, OneNodeReceivesTheOtherButNotItself) {
   const auto sender{open_node({.name = "a"})};
   const auto receiver{open_node({.name = "b"})};
   const Inbox<messages::nav_msgs::OccupancyGrid> echo{*sender, "/map"};
@@ -104,7 +104,7 @@ TEST(DdsReceive, OneNodeHearsTheOtherButNotItself) {
   EXPECT_THAT(echo.messages(), IsEmpty());
 }
 
-TEST(DdsReceive, WhatCannotBeReadIsToldOnceAndTheRestGoesOn) {
+TEST(DdsReceive, WhatCannotBeReadIsReportedOnceAndTheRestGoesOn) {
   Warned warned;
   const auto sender{open_node({.name = "a"})};
   const auto receiver{open_node({.name = "b", .warn = warned.taker()})};

@@ -72,7 +72,7 @@ TEST(DdsSend, WithoutSubscribersNothingIsWanted) {
   EXPECT_TRUE(becomes([&] { return !node->sink().wants(channel); }));
 }
 
-TEST(DdsSend, WhoAsksForMoreThanIsOfferedIsToldOfOnce) {
+TEST(DdsSend, WhoAsksForMoreThanIsOfferedIsReportedOnce) {
   Warned warned;
   const auto node{open_node({.warn = warned.taker()})};
   const std::uint32_t channel{node->sink().add(grid_channel(topic, false))};
@@ -103,9 +103,10 @@ TEST(DdsSend, ASubscriberThatHangsHoldsNothingUp) {
   EXPECT_LT(Clock::now() - begun, std::chrono::seconds{5});
   kill(id, SIGCONT);
   // then it receives the last ones that are stored
-  const std::vector<std::string> heard{peer.rest()};
-  EXPECT_LT(heard.size(), static_cast<std::size_t>(sent));
-  for (int i{sent - 10}; i < sent; ++i) EXPECT_THAT(heard, Contains(StartsWith(line_of(some_grid(700, 500, i))))) << i;
+  const std::vector<std::string> received{peer.rest()};
+  EXPECT_LT(received.size(), static_cast<std::size_t>(sent));
+  for (int i{sent - 10}; i < sent; ++i)
+    EXPECT_THAT(received, Contains(StartsWith(line_of(some_grid(700, 500, i))))) << i;
 }
 
 TEST(DdsSend, SubscribersComeAndGoAndNoneMissesTheLastGrid) {

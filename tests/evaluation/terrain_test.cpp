@@ -106,7 +106,7 @@ TEST(TerrainScores, TheToleranceIsTwoCells) {
   EXPECT_EQ(share(summary_of("ddddddddebbbb", "00000010"), "edges_found"), 1);
   EXPECT_EQ(share(summary_of("ddddddddebbbb", "0000010"), "edges_found"), 0);
   EXPECT_EQ(share(summary_of("ddddddddrr", "0000000000"), "deadly_share"), 1);
-  EXPECT_EQ(share(summary_of("ddddddddrr", "0000000001"), "deadly_share"), 0) << "a cell off is no miss";
+  EXPECT_EQ(share(summary_of("ddddddddrr", "0000000001"), "deadly_share"), 0) << "a cell off is not a miss";
 }
 
 TEST(TerrainScores, RangesAreApart) {

@@ -84,7 +84,7 @@ def kills(folder: Path):
     assert "FAILED" in finish(config, results, "check", expect=1)
 
 
-def forget(results: Path, *names):
+def remove_results(results: Path, *names):
     for name in names:
         shutil.rmtree(results / "done" / name, ignore_errors=True)
         (results / "scores" / f"{name}.json").unlink(missing_ok=True)
@@ -110,10 +110,10 @@ def poison(folder: Path):
     assert "none of the left images" in json.loads((results / "scores/bad.json").read_text())["impossible"]["all"]
     for image, content in images.items():
         image.write_bytes(content)
-    forget(results, "bad")
+    remove_results(results, "bad")
     finish(config, results)
     expect_equal(results, folder / "reference")
-    forget(results, "good")
+    remove_results(results, "good")
     shutil.rmtree(results / "parts" / "good")
     configure(folder, {path.name: str(path) for path in (good, bad, away)}, options="--compact")
     assert "other options: bad away" in finish(config, results, expect=1)

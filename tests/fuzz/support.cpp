@@ -34,8 +34,8 @@ bool is_utf8(std::string_view text) {
   return true;
 }
 
-bool complains(const std::exception& error) {
-  require(is_utf8(error.what()), std::string{"a complaint that is no UTF-8: "} + error.what());
+bool is_message_valid(const std::exception& error) {
+  require(is_utf8(error.what()), std::string{"an error message that is not UTF-8: "} + error.what());
   return false;
 }
 
@@ -50,11 +50,11 @@ bool accepts(const std::function<void()>& work) {
     work();
     return true;
   } catch (const InputError& error) {
-    return complains(error);
+    return is_message_valid(error);
   } catch (const ConfigError& error) {
-    return complains(error);
+    return is_message_valid(error);
   } catch (const DeviceError& error) {
-    return complains(error);
+    return is_message_valid(error);
   }
 }
 

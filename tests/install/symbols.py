@@ -44,13 +44,13 @@ def is_public(name: str, headers: str) -> bool:
     return re.search(before + function, headers, re.DOTALL) is not None
 
 
-def complaints_about_library(names: list[str], headers: str) -> list[str]:
+def library_problems(names: list[str], headers: str) -> list[str]:
     found = [f"shows what no public header declares: {name}" for name in names
              if not is_of_standard_library(name) and not is_public(name, headers)]
     return found + [f"does not show {needed}" for needed in NEEDED if not any(name.startswith(needed) for name in names)]
 
 
-def complaints_about_plugin(names: list[str]) -> list[str]:
+def plugin_problems(names: list[str]) -> list[str]:
     found = [] if "plugin_works" in names else ["does not show its own function"]
     return found + [f"shows {name}" for name in names
                     if name != "plugin_works" and not is_of_standard_library(name) and not EXCEPTION_TYPE.fullmatch(name)]
@@ -61,12 +61,12 @@ def main() -> int:
     names = shown(nm, file)
     if kind == "library":
         headers = "\n".join(path.read_text(encoding="utf-8") for path in sorted(Path(sys.argv[4]).rglob("*.hpp")))
-        found = complaints_about_library(names, headers)
+        found = library_problems(names, headers)
     else:
-        found = complaints_about_plugin(names)
-    for complaint in found:
-        print(f"{file} {complaint}")
-    print(f"{file}: {len(names)} symbols, {len(found)} complaints")
+        found = plugin_problems(names)
+    for problem in found:
+        print(f"{file} {problem}")
+    print(f"{file}: {len(names)} symbols, {len(found)} problems")
     return 1 if found else 0
 
 

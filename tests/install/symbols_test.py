@@ -42,22 +42,22 @@ INTERNAL = ["stereogrid::inverse(stereogrid::Pose2 const&)", "stereogrid::proces
 
 class Symbols(unittest.TestCase):
     def test_a_library_shows_what_headers_declare(self):
-        self.assertEqual(symbols.complaints_about_library(PUBLIC + TYPES + OF_STANDARD_LIBRARY, HEADERS), [])
+        self.assertEqual(symbols.library_problems(PUBLIC + TYPES + OF_STANDARD_LIBRARY, HEADERS), [])
 
     def test_a_library_shows_nothing_else(self):
         for name in INTERNAL:
-            self.assertEqual(len(symbols.complaints_about_library(PUBLIC + TYPES + [name], HEADERS)), 1, name)
+            self.assertEqual(len(symbols.library_problems(PUBLIC + TYPES + [name], HEADERS)), 1, name)
 
     def test_a_library_shows_what_programs_need(self):
         for missing in ("stereogrid::version()", "typeinfo for stereogrid::InputError"):
             names = [name for name in PUBLIC + TYPES if name != missing]
-            self.assertEqual(symbols.complaints_about_library(names, HEADERS), [f"does not show {missing.rstrip(')')}"])
+            self.assertEqual(symbols.library_problems(names, HEADERS), [f"does not show {missing.rstrip(')')}"])
 
     def test_a_plugin_shows_its_own(self):
-        self.assertEqual(symbols.complaints_about_plugin(["plugin_works"] + TYPES + OF_STANDARD_LIBRARY), [])
-        self.assertEqual(len(symbols.complaints_about_plugin([])), 1)
+        self.assertEqual(symbols.plugin_problems(["plugin_works"] + TYPES + OF_STANDARD_LIBRARY), [])
+        self.assertEqual(len(symbols.plugin_problems([])), 1)
         for name in INTERNAL + PUBLIC:
-            self.assertEqual(len(symbols.complaints_about_plugin(["plugin_works", name])), 1, name)
+            self.assertEqual(len(symbols.plugin_problems(["plugin_works", name])), 1, name)
 
 
 if __name__ == "__main__":

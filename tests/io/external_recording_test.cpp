@@ -98,7 +98,7 @@ TEST_F(GivenRecording, AnyLayoutTakesAFolder) {
   put_odometry(folder_ / "odometry");
   put_disparities("given", {"000046", "000047", "000048", "000099"});
   const auto with_right{open("odometry", folder_ / "given")};
-  ASSERT_EQ(with_right->size(), 3U) << "a disparity image without a left one is no frame";
+  ASSERT_EQ(with_right->size(), 3U) << "a disparity image without a left one is not a frame";
   EXPECT_EQ(with_right->load(2).disparity(0, 0), 5.0F);
   EXPECT_DOUBLE_EQ(with_right->load(2).world_from_vehicle->x_m, 9);
   fs::remove_all(folder_ / "odometry" / "image_1");

@@ -155,7 +155,7 @@ TEST_F(Hostile, CalibrationsThatAreNone) {
            {good + "? &x {a: *x}\n: 2\n", "bad.yaml"},
            {"&x {mount: *x}\n", "bad.yaml"},
            {"&x {left: *x, right: *x, image: *x}\n", "bad.yaml"},
-           {"&x [*x]\n", "no YAML mapping"},
+           {"&x [*x]\n", "not a YAML mapping"},
            {good + "left: &x [*x]\n", "bad.yaml"},
            {std::string(200'000, '['), "nested too deeply"},
            {std::string(200'000, '{'), "bad.yaml"},
@@ -163,7 +163,7 @@ TEST_F(Hostile, CalibrationsThatAreNone) {
            {good + "k\xff\x1b: 3\n", "bad.yaml"},
            {"focal_px: 1e-300\n" + good.substr(13), "focal length"},
            {"focal_px: 1e300\n" + good.substr(13), "'focal_px'"},
-           {"focal_px: [1, 2\n", "is no YAML"},
+           {"focal_px: [1, 2\n", "is not YAML"},
            {good.substr(0, good.find("mount")) + "mount: {camera_height_m: 1e-300}\n", "camera height"},
            {good.substr(0, good.find("base")) + "baseline_m: 1e-300\nmount: {camera_height_m: 1}\n", "baseline"},
            {good.substr(0, good.find("base")) + "baseline_m: [1]\nmount: [1]\n", "bad.yaml"}}) {
@@ -177,7 +177,7 @@ TEST_F(Hostile, LidarThatIsFarAway) {
   EXPECT_TRUE(read_calibration(folder_ / "good.txt", 65, 33).camera_from_velodyne);
   const auto read{[](const fs::path& path) { static_cast<void>(read_calibration(path, 65, 33)); }};
   refused(read, "far.txt", rest + "Tr: 0 -1 0 2e9 0 0 -1 0 1 0 0 0\n", {"far.txt", "2e+09 m away", "metres"});
-  refused(read, "flat.txt", rest + "Tr: 0 0 0 1 0 0 0 1 0 0 0 1\n", {"flat.txt", "no rotation"});
+  refused(read, "flat.txt", rest + "Tr: 0 0 0 1 0 0 0 1 0 0 0 1\n", {"flat.txt", "not a rotation"});
 }
 
 TEST_F(Hostile, SweepWithPointsThatNoLidarSees) {
@@ -272,7 +272,7 @@ TEST_F(HostileFrames, FramesFileAsEditorsLeaveIt) {
   refused("\xff\xfe\n", {"frames.txt", "\\xFF\\xFE"});
 }
 
-TEST_F(HostileFrames, NamesThatAreNoUtf8AreToldAsNumbersEverywhere) {
+TEST_F(HostileFrames, NamesThatAreNoUtf8AreReportedAsNumbersEverywhere) {
   put_pairs(folder_ / "left", folder_ / "right", {"fr\xe4me", "new\nline"});
   put(folder_ / "calibration.yaml", small_yaml);
   put(folder_ / "poses.csv", "name,stamp_ns,x_m,y_m,yaw_rad\nfr\xe4me,5,1,0,0\n");

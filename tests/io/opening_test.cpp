@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-// What is wrong with an input: each complaint names the file, what is wrong, and what would mend it.
+// What is wrong with an input: each error_text names the file, what is wrong, and what would mend it.
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -121,7 +121,7 @@ TEST_F(Opening, OfAPairTheImageIsNamed) {
   put(folder_ / "left.png", "no image");
   put(folder_ / "right.png", "no image");
   const InputArguments pair{{"left.png", "right.png"}, {}, ""};
-  expect_error([&] { static_cast<void>(open_recording(pair)); }, {"left.png: is no image"});
+  expect_error([&] { static_cast<void>(open_recording(pair)); }, {"left.png: is not an image"});
   put_plain(folder_.path());
   fs::copy(folder_ / "left" / "a.png", folder_ / "left.png", fs::copy_options::overwrite_existing);
   fs::copy(folder_ / "right" / "a.png", folder_ / "right.png", fs::copy_options::overwrite_existing);
@@ -316,7 +316,7 @@ TEST_F(Opening, Stamps) {
   put(folder_ / "times.txt", "0\n0.2\n0.1\n");
   expect_refused({"times.txt", "line 3", "not later"});
   put(folder_ / "times.txt", "0\nnan\n0.1\n");
-  expect_refused({"times.txt", "line 2", "no number"});
+  expect_refused({"times.txt", "line 2", "not a number"});
   fs::remove_all(folder_.path());
   put_plain(folder_.path());
   put(folder_ / "poses.csv", "name,stamp_ns,x_m,y_m,yaw_rad\nb,0,0,0,0\na,1,0,0,0\nc,2,0,0,0\n");
@@ -327,7 +327,7 @@ TEST_F(Opening, RawTimestamps) {
   put_pairs(folder_ / "image_00" / "data", folder_ / "image_01" / "data", {"0", "1"});
   put(folder_ / "calibration.yaml", small_yaml);
   put(folder_ / "image_00" / "timestamps.txt", "2011-09-26 13:02:25.9\n2011-13-26 13:02:25.9\n");
-  expect_refused({"timestamps.txt", "line 2", "no time stamp"});
+  expect_refused({"timestamps.txt", "line 2", "not a time stamp"});
   put(folder_ / "image_00" / "timestamps.txt", "2011-09-26 13:02:25.9\n2011-09-26 13:02:25.8\n");
   expect_refused({"timestamps.txt", "line 2", "not later"});
 }

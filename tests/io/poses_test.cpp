@@ -50,16 +50,16 @@ TEST_F(PoseFile, KittiLinesMayEndAnyWay) {
   EXPECT_EQ(kitti("1 0 0 0 0 1 0 0 0 0 1 1\r\n1 0 0 0 0 1 0 0 0 0 1 2", 2)[1].x_m, 2);
 }
 
-TEST_F(PoseFile, KittiComplaints) {
+TEST_F(PoseFile, KittiErrors) {
   const std::string one{still};
   expect_error([&] { static_cast<void>(kitti(one + one, 3)); }, {"poses.txt", "2 poses", "3 frames", "--poses none"});
   expect_error([&] { static_cast<void>(kitti(one + one, 1)); }, {"2 poses", "1 frames"});
   expect_error([&] { static_cast<void>(kitti(one + "1 0 0 nan 0 1 0 0 0 0 1 0\n", 2)); }, {"line 2", "not finite"});
   expect_error([&] { static_cast<void>(kitti(one + "1 0 0 inf 0 1 0 0 0 0 1 0\n", 2)); }, {"line 2", "not finite"});
   expect_error([&] { static_cast<void>(kitti("1 0 0\n", 1)); }, {"line 1", "3 numbers, not 12"});
-  expect_error([&] { static_cast<void>(kitti("1 0 0 0 0 1 0 0 0 0 1 x\n", 1)); }, {"line 1", "no number"});
-  expect_error([&] { static_cast<void>(kitti("2 0 0 0 0 1 0 0 0 0 1 0\n", 1)); }, {"line 1", "no rotation"});
-  expect_error([&] { static_cast<void>(kitti("1 0 0 0 0 1 0 0 0 0 -1 0\n", 1)); }, {"no rotation"});
+  expect_error([&] { static_cast<void>(kitti("1 0 0 0 0 1 0 0 0 0 1 x\n", 1)); }, {"line 1", "not a number"});
+  expect_error([&] { static_cast<void>(kitti("2 0 0 0 0 1 0 0 0 0 1 0\n", 1)); }, {"line 1", "not a rotation"});
+  expect_error([&] { static_cast<void>(kitti("1 0 0 0 0 1 0 0 0 0 -1 0\n", 1)); }, {"not a rotation"});
   expect_error([&] { static_cast<void>(read_kitti_poses(folder_ / "none.txt", 1)); }, {"none.txt"});
 }
 
@@ -75,7 +75,7 @@ TEST_F(PoseFile, CsvRoundTrips) {
   }
 }
 
-TEST_F(PoseFile, CsvComplaints) {
+TEST_F(PoseFile, CsvErrors) {
   const std::string top{head};
   expect_error([&] { static_cast<void>(csv("a,0,0,0,0\n")); }, {"poses.csv", "line 1", "name,stamp_ns"});
   expect_error([&] { static_cast<void>(csv("")); }, {"line 1"});
@@ -209,7 +209,7 @@ TEST_F(PoseFile, OxtsWithARotationThatIsNone) {
   put(folder_ / "data" / "0.txt", oxts(49, 8.4, 0));
   const std::vector<std::string> names{"0"};
   expect_error([&] { static_cast<void>(read_oxts(folder_ / "data", names, folder_.path())); },
-               {"calib_imu_to_velo.txt", "no rotation matrix"});
+               {"calib_imu_to_velo.txt", "not a rotation matrix"});
 }
 
 TEST_F(PoseFile, OxtsTimes) {
@@ -232,7 +232,7 @@ TEST_F(PoseFile, OxtsTimes) {
   expect_error([&] { static_cast<void>(read_oxts_times(data)); }, {"line 2", "not later", "of the same name"});
 }
 
-TEST_F(PoseFile, OxtsComplaints) {
+TEST_F(PoseFile, OxtsErrors) {
   const std::vector<std::string> names{"0", "1"};
   put(folder_ / "data" / "0.txt", oxts(49, 8.4, 0));
   expect_error([&] { static_cast<void>(read_oxts(folder_ / "data", names, folder_.path())); },
@@ -271,7 +271,7 @@ TEST_F(PoseFile, TumOfABodyMovesAlongX) {
   EXPECT_NEAR(found.poses[1].world_from_vehicle.y_m, 1, 1e-6);
 }
 
-TEST_F(PoseFile, TumComplaints) {
+TEST_F(PoseFile, TumErrors) {
   const auto refused{[&](const char* text, std::initializer_list<std::string_view> parts) {
     put(folder_ / "t.txt", text);
     expect_error([&] { static_cast<void>(read_tum_poses(folder_ / "t.txt")); }, parts);

@@ -20,10 +20,11 @@ TEST(Bag, ReadsDb3InTimeWithTopicsAndCounts) {
   EXPECT_EQ(bag->topics()[1].message_count, 2);
   EXPECT_EQ(bag->first_ns(), 10);
   EXPECT_EQ(bag->last_ns(), 30);
-  EXPECT_THAT(read_all(*bag),
-              ElementsAre(Told{"/b", 10, "one"}, Told{"/a", 20, ""}, Told{"/a", 30, "three"}, Told{"/b", 30, "four"}));
-  EXPECT_THAT(read_all(*bag, {.topics = {"/a"}}), ElementsAre(Told{"/a", 20, ""}, Told{"/a", 30, "three"}));
-  EXPECT_THAT(read_all(*bag, {.first_ns = 11, .last_ns = 20}), ElementsAre(Told{"/a", 20, ""}));
+  EXPECT_THAT(read_all(*bag), ElementsAre(ReadMessage{"/b", 10, "one"}, ReadMessage{"/a", 20, ""},
+                                          ReadMessage{"/a", 30, "three"}, ReadMessage{"/b", 30, "four"}));
+  EXPECT_THAT(read_all(*bag, {.topics = {"/a"}}),
+              ElementsAre(ReadMessage{"/a", 20, ""}, ReadMessage{"/a", 30, "three"}));
+  EXPECT_THAT(read_all(*bag, {.first_ns = 11, .last_ns = 20}), ElementsAre(ReadMessage{"/a", 20, ""}));
   EXPECT_THAT(read_all(*bag, {.first_ns = ~std::uint64_t{0}}), IsEmpty());
   EXPECT_THAT(bag->damage(), IsEmpty());
 }
@@ -44,7 +45,7 @@ TEST(Bag, ReadsDb3OfOtherVersionsOfRos) {
               "NULL, encoded_message_definition TEXT NOT NULL, type_description_hash TEXT NOT NULL);"
               "INSERT INTO message_definitions VALUES(1, 'std_msgs/msg/String', 'ros2msg', 'string data', '');");
   }
-  EXPECT_THAT(read_all(*open_bag(folder / "dashing.db3")), ElementsAre(Told{"/a", 1, "x"}));
+  EXPECT_THAT(read_all(*open_bag(folder / "dashing.db3")), ElementsAre(ReadMessage{"/a", 1, "x"}));
   const auto bag{open_bag(folder / "iron.db3")};
   EXPECT_EQ(bag->topics()[0].schema, "string data");
   EXPECT_EQ(bag->topics()[0].schema_encoding, "ros2msg");
@@ -67,7 +68,7 @@ TEST(Bag, ReadsWhatIsInTheJournalOnly) {
   ASSERT_GT(fs::file_size(folder / "a.db3-wal"), 0);
   fs::create_directory(folder / "copy");
   for (const char* const name : {"a.db3", "a.db3-wal"}) fs::copy(folder / name, folder / "copy" / name);
-  EXPECT_THAT(read_all(*open_bag(folder / "copy" / "a.db3")), ElementsAre(Told{"/a", 7, "in the journal"}));
+  EXPECT_THAT(read_all(*open_bag(folder / "copy" / "a.db3")), ElementsAre(ReadMessage{"/a", 7, "in the journal"}));
   EXPECT_EQ(io::read_file(folder / "copy" / "a.db3"), io::read_file(folder / "a.db3"));
 }
 
@@ -80,9 +81,9 @@ TEST(Bag, LeavesNothingBesideAFile) {
   EXPECT_EQ(std::distance(fs::directory_iterator{folder.path()}, fs::directory_iterator{}), 1);
 }
 
-TEST(Bag, ComplainsOfOtherDatabases) {
+TEST(Bag, RejectsOtherDatabases) {
   const TemporaryFolder folder;
-  const auto complains = [&](const std::string& sql, std::string_view part) {
+  const auto expect_error = [&](const std::string& sql, std::string_view part) {
     fs::remove(folder / "a.db3");
     {
       const NewDatabase database{folder / "a.db3"};
@@ -93,39 +94,39 @@ TEST(Bag, ComplainsOfOtherDatabases) {
   const std::string topics{
       "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT);"
       "INSERT INTO topics VALUES(1, '/a', 'T', 'cdr');"};
-  complains("CREATE TABLE x(y)", "has no column 'id' in a table 'topics'");
-  complains(topics, "has no column 'topic_id' in a table 'messages'");
-  complains(topics + "CREATE TABLE messages(topic_id, timestamp)", "has no column 'data'");
-  complains(topics + "CREATE TABLE messages(topic_id, timestamp, data); INSERT INTO messages VALUES(1, 'noon', 'x')",
-            "has no time");
-  complains(topics + "CREATE TABLE messages(topic_id, timestamp, data); INSERT INTO messages VALUES(1, -5, 'x')",
-            "before 1970");
+  expect_error("CREATE TABLE x(y)", "has no column 'id' in a table 'topics'");
+  expect_error(topics, "has no column 'topic_id' in a table 'messages'");
+  expect_error(topics + "CREATE TABLE messages(topic_id, timestamp)", "has no column 'data'");
+  expect_error(topics + "CREATE TABLE messages(topic_id, timestamp, data); INSERT INTO messages VALUES(1, 'noon', 'x')",
+               "has no time");
+  expect_error(topics + "CREATE TABLE messages(topic_id, timestamp, data); INSERT INTO messages VALUES(1, -5, 'x')",
+               "before 1970");
   // definitions that compute: without end, or as much as they like
-  complains(topics +
-                "CREATE VIEW messages AS WITH RECURSIVE r(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM r) "
-                "SELECT 1 AS topic_id, i AS timestamp, 'x' AS data FROM r",
-            "has no column 'topic_id' in a table 'messages'");
-  complains(topics + "CREATE VIRTUAL TABLE messages USING fts5(topic_id, timestamp, data)",
-            "has no column 'topic_id' in a table 'messages'");
+  expect_error(topics +
+                   "CREATE VIEW messages AS WITH RECURSIVE r(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM r) "
+                   "SELECT 1 AS topic_id, i AS timestamp, 'x' AS data FROM r",
+               "has no column 'topic_id' in a table 'messages'");
+  expect_error(topics + "CREATE VIRTUAL TABLE messages USING fts5(topic_id, timestamp, data)",
+               "has no column 'topic_id' in a table 'messages'");
 }
 
-TEST(Bag, ADamagedDb3IsComplainedOf) {
+TEST(Bag, ADamagedDb3IsRejected) {
   const TemporaryFolder folder;
   std::vector<std::tuple<int, std::int64_t, std::string>> messages;
   for (int i{0}; i < 50; ++i) messages.emplace_back(1 + i % 2, i, std::string(300, static_cast<char>(i)));
   write_db3(folder / "a.db3", messages);
   const std::string bytes{io::read_file(folder / "a.db3")};
-  int complaints{0};
+  int errors{0};
   for (std::size_t cut{16}; cut < bytes.size(); cut += 997) {
     put(folder / "cut.db3", bytes.substr(0, cut));
     try {
       EXPECT_EQ(read_all(*open_bag(folder / "cut.db3")).size(), 50) << cut << ": nothing that is needed is lost";
     } catch (const InputError&) {
-      ++complaints;
+      ++errors;
     }
   }
-  EXPECT_GT(complaints, 35);
-  complaints = 0;
+  EXPECT_GT(errors, 35);
+  errors = 0;
   for (std::size_t at{0}; at < bytes.size(); at += 101) {
     std::string broken{bytes};
     broken[at] = static_cast<char>(~broken[at]);
@@ -133,10 +134,10 @@ TEST(Bag, ADamagedDb3IsComplainedOf) {
     try {
       EXPECT_LE(read_all(*open_bag(folder / "broken.db3")).size(), 70) << at;
     } catch (const InputError&) {
-      ++complaints;
+      ++errors;
     }
   }
-  EXPECT_GT(complaints, 5);
+  EXPECT_GT(errors, 5);
 }
 
 }  // namespace

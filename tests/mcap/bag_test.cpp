@@ -24,8 +24,8 @@ TEST(Bag, ReadsAFolderOfParts) {
   put(folder / "bag" / "metadata.yaml", metadata_begin +
                                             "  relative_file_paths:\n    - bag_0.db3\n    - bag/bag_1.db3\n"
                                             "    - bag_2.mcap\n  compression_mode: \"\"\n");
-  const std::vector<Told> all{{"/a", 1, "a"}, {"/a", 4, "b"}, {"/b", 5, "c"},
-                              {"/c", 7, "d"}, {"/a", 9, "e"}, {"/a", 12, "f"}};
+  const std::vector<ReadMessage> all{{"/a", 1, "a"}, {"/a", 4, "b"}, {"/b", 5, "c"},
+                                     {"/c", 7, "d"}, {"/a", 9, "e"}, {"/a", 12, "f"}};
   const auto bag{open_bag(folder / "bag")};
   EXPECT_EQ(read_all(*bag), all);
   EXPECT_EQ(bag->topics()[0].message_count, 4) << "in all parts";
@@ -48,7 +48,8 @@ TEST(Bag, UnpacksMessagesThatRosbag2HasCompressedOneByOne) {
   put(folder / "metadata.yaml",
       metadata_begin + "  compression_format: zstd\n  compression_mode: MESSAGE\n  relative_file_paths: [bag_0.db3]\n");
   EXPECT_THAT(read_all(*open_bag(folder.path())),
-              ElementsAre(Told{"/a", 1, "first"}, Told{"/a", 2, std::string(100'000, 'x')}, Told{"/a", 3, ""}));
+              ElementsAre(ReadMessage{"/a", 1, "first"}, ReadMessage{"/a", 2, std::string(100'000, 'x')},
+                          ReadMessage{"/a", 3, ""}));
   write_db3(folder / "bag_1.db3", {{1, 1, "not packed"}});
   put(folder / "metadata.yaml",
       metadata_begin + "  compression_format: zstd\n  compression_mode: MESSAGE\n  relative_file_paths: [bag_1.db3]\n");
@@ -62,7 +63,7 @@ TEST(Bag, AMessageThatCannotBeUnpackedIsSkipped) {
       metadata_begin + "  compression_format: zstd\n  compression_mode: MESSAGE\n  relative_file_paths: [bag_0.db3]\n");
   const auto bag{open_bag(folder.path())};
   for (int round{0}; round < 2; ++round) {
-    EXPECT_THAT(read_all(*bag), ElementsAre(Told{"/a", 1, "first"}, Told{"/a", 3, "third"}));
+    EXPECT_THAT(read_all(*bag), ElementsAre(ReadMessage{"/a", 1, "first"}, ReadMessage{"/a", 3, "third"}));
   }
   EXPECT_THAT(bag->damage(), ElementsAre(::testing::HasSubstr("The message of 2 ns is skipped")));
 }
@@ -130,41 +131,41 @@ TEST(Bag, CopiesOfASchemaAreBounded) {
                {"a.mcap", "more than 256 MiB of names and schemas"});
 }
 
-TEST(Bag, ComplainsOfFolders) {
+TEST(Bag, RejectsFolders) {
   const TemporaryFolder folder;
   expect_error([&] { read_all(*open_bag(folder.path())); }, {"holds no recording"});
-  const auto complains = [&](const std::string& metadata, std::string_view part) {
+  const auto expect_error = [&](const std::string& metadata, std::string_view part) {
     put(folder / "metadata.yaml", metadata);
     expect_error([&] { read_all(*open_bag(folder.path())); }, {part});
   };
-  complains(
+  expect_error(
       metadata_begin + "  compression_mode: FILE\n  compression_format: lz4\n  relative_file_paths: [a.db3.lz4]\n",
       "the compression_format is 'lz4' (allowed: zstd)");
-  complains(
+  expect_error(
       metadata_begin + "  compression_mode: MESSAGE\n  compression_format: lzma\n  relative_file_paths: [a.db3]\n",
       "the compression_format is 'lzma'");
-  complains(metadata_begin + "  relative_file_paths: [missing.db3]\n", "missing.db3: cannot be read");
-  complains(metadata_begin + "  relative_file_paths: [../../etc/passwd]\n", "passwd: cannot be read (No such file");
-  complains(metadata_begin + "  relative_file_paths: []\n", "holds no recording");
+  expect_error(metadata_begin + "  relative_file_paths: [missing.db3]\n", "missing.db3: cannot be read");
+  expect_error(metadata_begin + "  relative_file_paths: [../../etc/passwd]\n", "passwd: cannot be read (No such file");
+  expect_error(metadata_begin + "  relative_file_paths: []\n", "holds no recording");
   write_db3(folder / "a.db3", {{1, 1, "a"}});
-  complains(metadata_begin + "  relative_file_paths: [a.db3, x/a.db3]\n", "names a.db3 twice");
-  complains("a: [", "is not as rosbag2 writes it");
-  complains("- 1", "metadata.yaml");
+  expect_error(metadata_begin + "  relative_file_paths: [a.db3, x/a.db3]\n", "names a.db3 twice");
+  expect_error("a: [", "is not as rosbag2 writes it");
+  expect_error("- 1", "metadata.yaml");
 }
 
-TEST(Bag, TellsFilesApartByWhatIsInThem) {
+TEST(Bag, DistinguishesFilesByWhatIsInThem) {
   const TemporaryFolder folder;
   write_messages(folder / "a.bin", {{"/a", 0, 1, 1, "x"}});
   EXPECT_EQ(read_all(*open_bag(folder / "a.bin")).size(), 1);
   put(folder / "a.mcap", zstd("an MCAP file"));
-  expect_error([&] { read_all(*open_bag(folder / "a.mcap")); }, {"is no recording"});
+  expect_error([&] { read_all(*open_bag(folder / "a.mcap")); }, {"is not a recording"});
   put(folder / "a.bag", "#ROSBAG V2.0\n");
   expect_error([&] { read_all(*open_bag(folder / "a.bag")); }, {"is a bag of ROS 1", "rosbags-convert"});
   std::filesystem::create_directory(folder / "old");
   std::filesystem::rename(folder / "a.bag", folder / "old" / "a.bag");
   expect_error([&] { read_all(*open_bag(folder / "old")); }, {"a.bag", "is a bag of ROS 1"});
   put(folder / "a.txt", "text");
-  expect_error([&] { read_all(*open_bag(folder / "a.txt")); }, {"is no recording"});
+  expect_error([&] { read_all(*open_bag(folder / "a.txt")); }, {"is not a recording"});
 }
 
 TEST(Bag, ReadsFilesThatAreCompressedAsAWhole) {
@@ -195,12 +196,13 @@ TEST(Bag, APackedFileThatGrowsTooMuchIsRejected) {
   const std::string packed{zstd(recording)};
   ASSERT_GT(recording.size(), most_growth * packed.size());
   put(folder / "a.mcap.zstd", packed);
-  EXPECT_EQ(read_all(*open_packed_bag(folder / "a.mcap.zstd", recording.size())), (std::vector{Told{"/a", 1, data}}));
+  EXPECT_EQ(read_all(*open_packed_bag(folder / "a.mcap.zstd", recording.size())),
+            (std::vector{ReadMessage{"/a", 1, data}}));
   expect_error([&] { static_cast<void>(open_packed_bag(folder / "a.mcap.zstd", recording.size() - 1)); },
                {"a.mcap.zstd", "unpacks to more than 200 times its size"});
 }
 
-TEST(Bag, TellsOfDamageInItsParts) {
+TEST(Bag, ReportsDamageInItsParts) {
   const TemporaryFolder folder;
   write_messages(folder / "a.mcap", random_messages(1, 50));
   const std::string bytes{io::read_file(folder / "a.mcap")};

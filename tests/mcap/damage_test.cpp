@@ -95,7 +95,7 @@ TEST(Damage, AnyFlippedBitIsReportedAndGivesNoWrongMessage) {
         }
         EXPECT_GE(read_all(Reader{folder / "flipped.mcap"}).size(), streamed.size()) << bit;
       } catch (const InputError& error) {
-        EXPECT_LT(bit, 64) << "only without its mark it is no MCAP file: " << error.what();
+        EXPECT_LT(bit, 64) << "only without its mark it is not an MCAP file: " << error.what();
       }
     }
   }
@@ -140,7 +140,7 @@ std::string chunk_that_says(std::uint64_t size, std::string_view compression, st
                        number(packed.size(), 8) + std::string{packed});
 }
 
-TEST(Damage, SizesThatCannotBeAreNotBelieved) {
+TEST(Damage, SizesThatCannotBeAreRejected) {
   const TemporaryFolder folder;
   const std::string begin{magic + record(1, text("") + text(""))};
   const std::string channel{record(4, number(1, 2) + number(0, 2) + text("/x") + text("cdr") + text(""))};
@@ -148,8 +148,8 @@ TEST(Damage, SizesThatCannotBeAreNotBelieved) {
   const std::vector<std::pair<std::string, std::string>> cases{
       {chunk_that_says(std::uint64_t{1} << 62, "", ""), "has more than 512 MiB"},
       {chunk_that_says(std::uint64_t{1} << 29, "zstd", zeros), "has another size than it says"},
-      {chunk_that_says(10, "zstd", "no zstd"), "is no zstd"},
-      {chunk_that_says(10, "lz4", "no lz4 at all"), "is no lz4"},
+      {chunk_that_says(10, "zstd", "no zstd"), "is not zstd"},
+      {chunk_that_says(10, "lz4", "no lz4 at all"), "is not lz4"},
       {chunk_that_says(10, "brotli", "0123456789"), "in another way than by lz4 or zstd"},
       {chunk_that_says(9, "", "0123456789"), "has another size than it says"},
       {chunk_that_says(10, "", "0123456789"), "a record in it is longer than it"},
@@ -160,7 +160,7 @@ TEST(Damage, SizesThatCannotBeAreNotBelieved) {
       {record(4, number(1, 2) + number(0, 2) + number(0xffffffff, 4)), "a declaration is skipped"},
       {message_record(2, 0, 0, 0, ""), "declared nowhere"},
       {"\x06" + number(~std::uint64_t{0}, 8), "wrong length"},
-      {std::string(9, '\0'), "no record"},
+      {std::string(9, '\0'), "not a record"},
       {record(8, ""), "behind the end of all messages"}};
   for (const auto& [bytes, sentence] : cases) {
     put(folder / "a.mcap", begin + channel + bytes + message_record(1, 1, 1, 1, "after"));
@@ -172,7 +172,7 @@ TEST(Damage, SizesThatCannotBeAreNotBelieved) {
   }
 }
 
-TEST(Damage, ASummaryThatLiesIsNotBelieved) {
+TEST(Damage, ASummaryThatLiesIsRejected) {
   const TemporaryFolder folder;
   const auto with_chunk_at = [&](std::uint64_t offset, std::uint64_t length) {
     const std::string data{magic + record(1, text("") + text("")) +

@@ -26,7 +26,7 @@ TEST(Reader, GivesWhatWasWrittenInTimeWhateverTheCompressionAndChunks) {
   }
 }
 
-TEST(Reader, TellsWhatAFileHolds) {
+TEST(Reader, ReportsWhatAFileHolds) {
   const TemporaryFolder folder;
   const auto written{random_messages(3, 200)};
   write_messages(folder / "a.mcap", written);
@@ -166,11 +166,11 @@ TEST(Reader, ReadsDeclarationsWithinChunks) {
 TEST(Reader, NamesWhatIsNoMcapFile) {
   const TemporaryFolder folder;
   expect_error([&] { Reader{folder / "missing.mcap"}; }, {"missing.mcap: cannot be read (No such file"});
-  expect_error([&] { StreamReader{folder.path()}; }, {"is no file on a disk"});
+  expect_error([&] { StreamReader{folder.path()}; }, {"is not a file on a disk"});
   put(folder / "empty.mcap", "");
   expect_error([&] { Reader{folder / "empty.mcap"}; }, {"fewer than 8 bytes"});
   put(folder / "text.mcap", "some text or other");
-  expect_error([&] { StreamReader{folder / "text.mcap"}; }, {"is no MCAP file", "at byte 0"});
+  expect_error([&] { StreamReader{folder / "text.mcap"}; }, {"is not an MCAP file", "at byte 0"});
 }
 
 }  // namespace

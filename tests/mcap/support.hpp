@@ -118,10 +118,10 @@ inline void write_db3(const fs::path& path, const std::vector<std::tuple<int, st
   database.run("COMMIT");
 }
 
-using Told = std::tuple<std::string, std::uint64_t, std::string>;
+using ReadMessage = std::tuple<std::string, std::uint64_t, std::string>;
 
-inline std::vector<Told> read_all(const Bag& bag, const Selection& selection = {}) {
-  std::vector<Told> all;
+inline std::vector<ReadMessage> read_all(const Bag& bag, const Selection& selection = {}) {
+  std::vector<ReadMessage> all;
   const auto cursor{bag.messages(selection)};
   while (const Message* const message{cursor->next()}) {
     all.emplace_back(bag.topics().at(message->channel).name, message->log_time_ns, string_of(message->data));

@@ -108,7 +108,7 @@ TEST(Writer, FlushBringsWhatThereIsToTheFile) {
   EXPECT_EQ(stream_all(folder / "a.mcap").first[0].data, "one");
 }
 
-TEST(Writer, ComplainsOfWhatCannotBe) {
+TEST(Writer, RejectsInvalidValues) {
   const TemporaryFolder folder;
   Writer writer{folder / "a.mcap"};
   EXPECT_THROW(writer.write(1, 0, 0, 0, {}), std::invalid_argument);

@@ -108,7 +108,7 @@ TEST(Cdr, ComesBackAsItWas) {
   });
 }
 
-TEST(Cdr, ComplainsWhereverAMessageIsCutOff) {
+TEST(Cdr, RejectsAMessageCutOffAnywhere) {
   for_each_type([]<Message M>(const M& /*type*/) {
     for (unsigned seed{0}; seed < 3; ++seed) {
       M message;

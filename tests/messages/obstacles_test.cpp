@@ -163,10 +163,10 @@ TEST(ObstacleMessage, HasAnIdThatStaysAndIsItsOwn) {
 }
 
 TEST(ObstacleMessage, LeavesOutWhatIsNotConfirmed) {
-  Obstacle doubtful{car()};
-  doubtful.confirmed = false;
-  EXPECT_EQ(obstacles_of(with({doubtful, wall()})).obstacles.size(), 1u);
-  EXPECT_TRUE(of_namespace(markers_of(with({doubtful})), "outlines").empty());
+  Obstacle unconfirmed{car()};
+  unconfirmed.confirmed = false;
+  EXPECT_EQ(obstacles_of(with({unconfirmed, wall()})).obstacles.size(), 1u);
+  EXPECT_TRUE(of_namespace(markers_of(with({unconfirmed})), "outlines").empty());
 }
 
 TEST(ObstacleMarkers, BeginWithTheEndOfThoseBefore) {

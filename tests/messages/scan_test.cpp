@@ -51,7 +51,7 @@ TEST(LaserScanMessage, IsInfiniteWhereAllIsSeenFree) {
   for (const float range : scan_of(all_free()).ranges) EXPECT_EQ(range, std::numeric_limits<float>::infinity());
 }
 
-TEST(LaserScanMessage, KnowsNothingWhereNothingWasSeen) {
+TEST(LaserScanMessage, IsUnknownWhereNothingWasSeen) {
   FrameResult result{all_free()};
   result.vehicle.occupancy.fill(0.5f);
   for (const float range : scan_of(result).ranges) EXPECT_TRUE(std::isnan(range));
@@ -81,7 +81,7 @@ TEST(LaserScanMessage, EndsWithinTheCellThatIsOccupied) {
   }
 }
 
-TEST(LaserScanMessage, KnowsNothingBehindACellThatWasNotSeen) {
+TEST(LaserScanMessage, IsUnknownBehindACellThatWasNotSeen) {
   FrameResult result{all_free()};
   set(result, {9.1, 0.1}, 0.5f);
   const LaserScan scan{scan_of(result)};
@@ -107,13 +107,13 @@ TEST(LaserScanMessage, AsksNothingOfTheGroundBelowTheImage) {
   for (const float range : scan_of(result).ranges) EXPECT_TRUE(std::isnan(range));
 }
 
-TEST(LaserScanMessage, KnowsNothingWhereTheCameraSeesNoGround) {
+TEST(LaserScanMessage, IsUnknownWhereTheCameraSeesNoGround) {
   Rig rig{small_rig()};
   rig.camera_pitch_rad = -0.5;
   for (const float range : scan_of(all_free(), rig).ranges) EXPECT_TRUE(std::isnan(range));
 }
 
-TEST(LaserScanMessage, KnowsNothingOfAGridBesideItsView) {
+TEST(LaserScanMessage, IsUnknownOfAGridBesideItsView) {
   FrameResult result{all_free()};
   result.vehicle.geometry.y_min_m = 5;
   for (const float range : scan_of(result).ranges) EXPECT_TRUE(std::isnan(range));

@@ -124,7 +124,7 @@ TEST(FrameMessages, SayWhatIsWrong) {
   EXPECT_THAT(error_text_of({.topics = {"scan", "lidar"}}), HasSubstr("no topic \"lidar\""));
   EXPECT_THAT(error_text_of({.topics = {"lidar"}}), HasSubstr("left/image_annotated/compressed"));
   for (const char* const node : {"", "/a", "a/", "a//b", "a b", "ä"}) {
-    EXPECT_THAT(error_text_of({.node = node}), HasSubstr("no name of a node")) << node;
+    EXPECT_THAT(error_text_of({.node = node}), HasSubstr("not a name of a node")) << node;
   }
   EXPECT_THAT(error_text_of({.world_frame = ""}), HasSubstr("needs a name"));
   EXPECT_THROW((FrameMessages{recorder, Rig{}}), InputError);

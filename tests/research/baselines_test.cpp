@@ -19,7 +19,7 @@ using ::testing::Values;
 struct Baseline {
   std::string name;
   std::function<Image<float>(const DisparityFrame&, const GridGeometry&)> grid_of;
-  bool believes_behind;  ///< says something about cells behind the nearest obstacle
+  bool observes_behind;  ///< says something about cells behind the nearest obstacle
 };
 
 void PrintTo(const Baseline& baseline, std::ostream* out) {
@@ -95,7 +95,7 @@ TEST_P(EveryBaseline, ATallWallBehindALowOneIsSeenByThoseThatLookThere) {
   const Image<float> cells{grid_of(DisparityScene{}.road().wall(0, 240, 16, 2.5).wall(0, 240, 8, 0.9))};
   expect_occupied(cells, 8, 0);
   expect_free(cells, 6, 0);
-  if (GetParam().believes_behind) {
+  if (GetParam().observes_behind) {
     expect_occupied(cells, 16, 0);
   } else {
     expect_unknown(cells, 16, 0);
@@ -163,7 +163,7 @@ TEST(NearestObstacleGrid, OpenRoadMayBeUnknown) {
               Each(0.5F));
 }
 
-TEST(NearestObstacleGrid, ForgetsWhatTheRightCameraDoesNotSee) {
+TEST(NearestObstacleGrid, DropsWhatTheRightCameraDoesNotSee) {
   NearestObstacleParameters parameters;
   parameters.grid.left_border_px = 30;
   const Image<float> cells{

@@ -52,7 +52,7 @@ class FitRays(unittest.TestCase):
         weights = weights_of(HEADER)
         for run, data in self.pairs:
             inputs, _, _, expected = fit_rays.samples_of(run, data, 20, with_observed=True)
-            log_odds, _ = fit_rays.believed(inputs @ weights)
+            log_odds, _ = fit_rays.limited(inputs @ weights)
             p = np.clip(1 / (1 + np.exp(-log_odds)), 0.001, 0.999)
             self.assertGreater(len(p), 1000)
             self.assertLess(np.abs(p - expected).max(), 0.002)

@@ -69,7 +69,7 @@ TEST_F(Ros2Node, TakesDepthAndDisparities) {
       send(kind, begin_ns + attempt * second_ns / 10);
       wait_for_grid(0);
     }
-    ASSERT_FALSE(published(grids).empty()) << kind << ::testing::PrintToString(told());
+    ASSERT_FALSE(published(grids).empty()) << kind << ::testing::PrintToString(logged());
     EXPECT_TRUE(wait_for([] { return !published("/stereo_grid/points").empty(); }));
     stereogrid::messages::sensor_msgs::PointCloud2 points;
     stereogrid::messages::decode(std::as_bytes(std::span{published("/stereo_grid/points").front()}), points);
@@ -86,9 +86,9 @@ TEST_F(Ros2Node, RefusesDepthOfAnotherShape) {
   hand_in("left/camera_info", info_of(rig, 0));
   EXPECT_TRUE(wait_for([&] {
     hand_in("depth/image_rect", image_of("32FC1", rig.width_px / 2, rig.height_px, 2.0F, begin_ns));
-    return !told().empty();
+    return !logged().empty();
   }));
-  EXPECT_THAT(told(), ElementsAre(HasSubstr("depth has 96×128 px, but the images have 192×128")));
+  EXPECT_THAT(logged(), ElementsAre(HasSubstr("depth has 96×128 px, but the images have 192×128")));
 }
 
 }  // namespace

@@ -22,8 +22,8 @@ TEST_F(Ros2Node, SaysThatTheMountingIsNotKnownAndGoesOnOnceItIs) {
   const auto mounting{std::exchange(mounting_, std::nullopt)};
   start({});
   hand_in_infos();
-  EXPECT_TRUE(wait_for([] { return !told().empty(); }));
-  EXPECT_THAT(told(), Contains(HasSubstr("\"base_footprint\" and \"camera\" are not connected")));
+  EXPECT_TRUE(wait_for([] { return !logged().empty(); }));
+  EXPECT_THAT(logged(), Contains(HasSubstr("\"base_footprint\" and \"camera\" are not connected")));
   mounting_ = mounting;
   hand_in_infos();
   hand_in_frames(1);
@@ -36,14 +36,14 @@ TEST_F(Ros2Node, RefusesCamerasWithoutCalibrationAndTakesTheNext) {
   none.focal_px = 0;
   hand_in("left/camera_info", info_of(none, 0));
   hand_in("right/camera_info", info_of(none, 0.1));
-  EXPECT_TRUE(wait_for([] { return !told().empty(); }));
-  EXPECT_THAT(told(), Contains(HasSubstr("camera_info")));
+  EXPECT_TRUE(wait_for([] { return !logged().empty(); }));
+  EXPECT_THAT(logged(), Contains(HasSubstr("camera_info")));
   hand_in_infos();
   hand_in_frames(1);
   EXPECT_EQ(published(grids).size(), 1U);
 }
 
-TEST_F(Ros2Node, TellsWhatImagesItCannotRead) {
+TEST_F(Ros2Node, ReportsWhatImagesItCannotRead) {
   start({{"poses", std::string{"none"}}});
   hand_in_infos();
   hand_in_frames(1);
@@ -54,10 +54,10 @@ TEST_F(Ros2Node, TellsWhatImagesItCannotRead) {
     hand_in("left/image_rect", image);
     hand_in("right/image_rect", image);
   }
-  EXPECT_EQ(std::ranges::count_if(told(), [](const std::string& one) { return one.find("tiles") != one.npos; }), 2);
+  EXPECT_EQ(std::ranges::count_if(logged(), [](const std::string& one) { return one.find("tiles") != one.npos; }), 2);
   image.encoding = "rgb8";
   hand_in("left/image_rect", image);
-  EXPECT_THAT(told(), Contains(HasSubstr("192×128 px, 192 bytes a row, but has 24576 bytes")));
+  EXPECT_THAT(logged(), Contains(HasSubstr("192×128 px, 192 bytes a row, but has 24576 bytes")));
   sensor_msgs::msg::Image left{image_of("uyvy", 192, 128, std::uint16_t{0x8040}, begin_ns + frame.stamp_ns)};
   sensor_msgs::msg::Image right{message_of(frame.right, begin_ns + frame.stamp_ns)};
   right.encoding = "bayer_grbg8";
@@ -71,11 +71,11 @@ TEST_F(Ros2Node, WarnsOnceOfCamerasThatAreSilent) {
   hand_in_infos();
   hand_in_frames(1);
   const auto silent{[] {
-    return std::ranges::count_if(told(), [](const std::string& one) { return one.starts_with("No image has come"); });
+    return std::ranges::count_if(logged(), [](const std::string& one) { return one.starts_with("No image has come"); });
   }};
   ASSERT_TRUE(wait_for([&] { return silent() > 0; }));
   std::this_thread::sleep_for(2500ms);  // the number of seconds has changed
-  EXPECT_EQ(silent(), 1) << ::testing::PrintToString(told());
+  EXPECT_EQ(silent(), 1) << ::testing::PrintToString(logged());
 }
 
 TEST_F(Ros2Node, StopsWhileATransformIsMissing) {
@@ -97,7 +97,7 @@ TEST_F(Ros2Node, LateTransformsAreWaitedForAndWarnedOfOnce) {
   start({{"transform_tolerance", 0.02}});
   hand_in_infos();
   const auto late{[] {
-    return std::ranges::count_if(told(), [](const std::string& one) { return one.find("connected") != one.npos; });
+    return std::ranges::count_if(logged(), [](const std::string& one) { return one.find("connected") != one.npos; });
   }};
   for (int i{0}; i < 200 && late() == 0; ++i) {
     hand_in_pair(0);
@@ -121,7 +121,7 @@ TEST_F(Ros2Node, EndsTheProcessAfterAnErrorOfItsThread) {
     hand_in_pair(0);
     return node_->has_failed();
   }));
-  EXPECT_THAT(told(), Contains(HasSubstr("stopped: failed to publish message")));
+  EXPECT_THAT(logged(), Contains(HasSubstr("stopped: failed to publish message")));
   const std::scoped_lock lock{stand_in::world().mutex};
   EXPECT_TRUE(stand_in::world().is_shut_down);
 }

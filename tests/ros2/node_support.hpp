@@ -75,7 +75,7 @@ inline std::vector<std::vector<std::uint8_t>> published(const std::string& topic
   return stand_in::world().published[topic].messages;
 }
 
-inline std::vector<std::string> told() {
+inline std::vector<std::string> logged() {
   const std::scoped_lock lock{stand_in::world().mutex};
   return stand_in::world().log;
 }

@@ -179,6 +179,19 @@ class Rules(unittest.TestCase):
         names = ["image.png", self.write("scripts/a.sh", "# Place.\n"), self.write("scripts/b.sh", "# What is it.\n")]
         self.assertEqual([line.split(": ")[0] for line in language.violations(self.root, names)], ["scripts/b.sh:1"])
 
+    def test_language_of_identifiers(self):
+        names = [self.write("src/a.cpp", "int is_told; // told\nTEST(Frame, IsTold) {}\nauto s{\"told\"};\n"), self.write("src/b.py", "told = 1\n")]
+        found = language.violations(self.root, names)
+        self.assertEqual([line.split(": ")[:3] for line in found if ": identifier: 3 places" in line],
+                         [["src/a.cpp", "IsTold", "identifier"], ["src/a.cpp", "is_told", "identifier"], ["src/b.py", "told", "identifier"]])
+        names = [self.write("src/a.cpp", "int take_one;\n")]
+        self.assertEqual(language.violations(self.root, names), [])
+
+    def test_language_of_messages(self):
+        self.assert_language("src/new.cpp", 'fail("the value is no number");\n', "term")
+        self.assert_language("src/new.cpp", 'fail("there is no such file");\n', None)
+        self.assert_language("src/new.cpp", "// A ramp is no obstacle.\n", None)
+
     def test_commit_subjects(self):
         hook = Path(__file__).parents[2] / ".githooks" / "commit-msg"
         for subject, status in (("filter: " + "x" * 64, 0), ("filter: " + "é" * 64, 0), ("filter: " + "x" * 65, 1)):

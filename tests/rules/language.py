@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""Checks the language of comments, docstrings, messages and pages.
+"""Checks the language of comments, docstrings, messages, pages and identifiers.
 
 language.py [ROOT]   prints file:line: rule: text: suggestion; exit status 1 if there are findings
 """
 import ast
+import functools
 import io
 import re
 import sys
@@ -54,6 +55,23 @@ TERMS = {
     r"\bso (?:many|much)\b": "number of; by",
     r"(?<=. )what (?:is|was|are|has|have|had|lies|comes|appears|occupies|differs|belongs)\b(?! wrong)": "begin with the noun",
     r"cannot be (?:true|right|meant)|that cannot be\b(?! \w+(?:ed|en|t)\b)": "is implausible / invalid",
+}
+# of messages alone
+IS_NO = re.compile(r"(?<!here )\b(?:is|are) no (?!longer|more|such|other|pose|one\b)\w+|begins? anew", re.IGNORECASE)
+# word of an identifier: (largest number of places in code, word of the field). The numbers only fall.
+IDENTIFIERS = {
+    "tells?|telling|told": (0, "report, notify, set"),
+    "complain(?:s|ed|ts?)?": (0, "reject, report; problem, error"),
+    "forgets?|forgetting|forgot(?:ten)?": (0, "reset, drop; decay"),
+    "born|anew": (0, "birth; restart"),
+    "believes?|believed|doubt(?:s|ed|ful)?|judges?|judged": (0, "accept, check; weighted, uncertain"),
+    "hears?|heard|lends?|lent|wish(?:es|ed)?": (0, "receive, reference, request"),
+    "takes?|taken|took": (613, "read, receive, set, claim"),
+    "given": (496, "set by the user; external"),
+    "rooms?": (199, "workspace, capacity"),
+    "says?|said": (311, "text, message, output"),
+    "things?": (217, "object, obstacle"),
+    "wants?|wanted": (266, "request, require"),
 }
 TERM = re.compile("|".join(f"({pattern})" for pattern in TERMS), re.IGNORECASE)
 
@@ -165,20 +183,47 @@ def findings(name: str, text: str) -> list[str]:
         found += [f"{place}: personification: '{match[0]}': name the operation (receives, assumes, stores, searches, rejects)"
                   for match in PERSONIFICATION.finditer(prose)]
         found += [f"{place}: term: '{match[0]}': {list(TERMS.values())[match.lastindex - 1]}" for match in TERM.finditer(prose)]
+        if one.kind == "message":
+            found += [f"{place}: term: '{match[0]}': is not a, must be; restarts" for match in IS_NO.finditer(prose)]
         if one.kind == "page":
             found += [f"{place}: length: '{sentence[:40]}': over {MAX_WORDS} words; divide it" for sentence in long_sentences(one.text)]
     return found
 
 
+def identifiers(name: str, text: str) -> list[str]:
+    """Identifiers of code, each as often as it occurs."""
+    if Path(name).suffix == ".py":
+        tokens = tokenize.generate_tokens(io.StringIO(text).readline)
+        return [token.string for token in tokens if token.type == tokenize.NAME]
+    return re.findall(r"[A-Za-z_]\w*", C_TOKEN.sub(" ", text)) if Path(name).suffix in C_LIKE else []
+
+
+@functools.cache
+def patterns_in(identifier: str) -> list[str]:
+    """Expressions of IDENTIFIERS that fit a word of FrameIsTold or frame_is_told."""
+    words = [word.lower() for word in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", identifier)]
+    return [pattern for pattern in IDENTIFIERS if any(re.fullmatch(pattern, word) for word in words)]
+
+
+def identifier_violations(places: dict[str, list[str]]) -> list[str]:
+    """Findings of words that are in more places than IDENTIFIERS permits. `places`: by expression."""
+    return [f"{place}: identifier: {len(found)} places of '{pattern}' (allowed: {IDENTIFIERS[pattern][0]}): {IDENTIFIERS[pattern][1]}"
+            for pattern, found in places.items() if len(found) > IDENTIFIERS[pattern][0] for place in sorted(set(found))]
+
+
 def violations(root: Path, names: list[str]) -> list[str]:
     """Findings of all files."""
-    found = []
+    found, places = [], {pattern: [] for pattern in IDENTIFIERS}
     for name in names:
         try:
-            found += findings(name, (root / name).read_text(encoding="utf-8"))
+            text = (root / name).read_text(encoding="utf-8")
+            found += findings(name, text)
+            for identifier in [] if SKIPPED.search(name) else identifiers(name, text):
+                for pattern in patterns_in(identifier):
+                    places[pattern].append(f"{name}: {identifier}")
         except (UnicodeDecodeError, SyntaxError, tokenize.TokenError):  # an image; a Python file broken on purpose
             continue
-    return found
+    return found + identifier_violations(places)
 
 
 def main() -> int:

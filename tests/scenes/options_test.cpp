@@ -10,7 +10,7 @@
 namespace stereogrid::scenes {
 namespace {
 
-std::string complaint(const std::string& text) {
+std::string error_text(const std::string& text) {
   try {
     static_cast<void>(Scene{parse_scene(text)});
   } catch (const InputError& error) {
@@ -59,8 +59,8 @@ TEST(ParseScene, ReadsTheKeysOfUnevenGround) {
   EXPECT_EQ(robot.rig().camera_height_m, 0.35);
   EXPECT_EQ(robot.truth_grid().geometry.cell_size_m, 0.05);
   EXPECT_EQ(parse_scene("terrain?camera=robot&pitch_deg=0").camera_pitch_rad, 0);
-  EXPECT_NE(complaint("terrain?kind=ocean").find("Known kinds: random bank barrier"), std::string::npos);
-  EXPECT_NE(complaint("terrain?camera=phone").find("Known cameras: car robot"), std::string::npos);
+  EXPECT_NE(error_text("terrain?kind=ocean").find("Known kinds: random bank barrier"), std::string::npos);
+  EXPECT_NE(error_text("terrain?camera=phone").find("Known cameras: car robot"), std::string::npos);
 }
 
 TEST(ParseScene, PrefixAndSettingsMayBeLeftOut) {
@@ -69,21 +69,21 @@ TEST(ParseScene, PrefixAndSettingsMayBeLeftOut) {
   EXPECT_EQ(parse_scene("wall?seed=4").seed, 4U);
 }
 
-TEST(ParseScene, ComplaintsNameWhatWouldMend) {
-  EXPECT_NE(complaint("scene:stret")
+TEST(ParseScene, ErrorsNameWhatWouldMend) {
+  EXPECT_NE(error_text("scene:stret")
                 .find("scene:stret: there is no such scene. Known scenes: boxes corridor course crossing empty"),
             std::string::npos);
-  EXPECT_NE(complaint("").find("Known scenes"), std::string::npos);
-  EXPECT_NE(complaint("street?widht=3").find("no key \"widht\". Known keys: seed, frames, width"), std::string::npos);
-  EXPECT_NE(complaint("street?frames").find("key=value"), std::string::npos);
-  EXPECT_NE(complaint("street?frames=0").find("frames is a whole number from 1 to 1000000"), std::string::npos);
-  EXPECT_NE(complaint("street?frames=1.5").find("whole number"), std::string::npos);
-  EXPECT_NE(complaint("street?frames=").find("cannot use frames=."), std::string::npos);
-  EXPECT_NE(complaint("street?frames=3x").find("cannot use frames=3x."), std::string::npos);
-  EXPECT_NE(complaint("street?seed=-1").find("seed is a whole number"), std::string::npos);
-  EXPECT_NE(complaint("street?baseline=-0.2").find("baseline is a number from 0.01 to 5"), std::string::npos);
-  EXPECT_NE(complaint("street?gain=nan").find("gain is a number"), std::string::npos);
-  EXPECT_NE(complaint("street?&seed=1").find("cannot read \"\""), std::string::npos);
+  EXPECT_NE(error_text("").find("Known scenes"), std::string::npos);
+  EXPECT_NE(error_text("street?widht=3").find("no key \"widht\". Known keys: seed, frames, width"), std::string::npos);
+  EXPECT_NE(error_text("street?frames").find("key=value"), std::string::npos);
+  EXPECT_NE(error_text("street?frames=0").find("frames is a whole number from 1 to 1000000"), std::string::npos);
+  EXPECT_NE(error_text("street?frames=1.5").find("whole number"), std::string::npos);
+  EXPECT_NE(error_text("street?frames=").find("cannot use frames=."), std::string::npos);
+  EXPECT_NE(error_text("street?frames=3x").find("cannot use frames=3x."), std::string::npos);
+  EXPECT_NE(error_text("street?seed=-1").find("seed is a whole number"), std::string::npos);
+  EXPECT_NE(error_text("street?baseline=-0.2").find("baseline is a number from 0.01 to 5"), std::string::npos);
+  EXPECT_NE(error_text("street?gain=nan").find("gain is a number"), std::string::npos);
+  EXPECT_NE(error_text("street?&seed=1").find("cannot read \"\""), std::string::npos);
 }
 
 TEST(Scene, ChecksOptionsFromCodeToo) {

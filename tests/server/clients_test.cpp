@@ -159,7 +159,7 @@ TEST(Clients, FunctionsAreCalledFromManyThreads) {
   reader.join();
 }
 
-TEST(End, ClientsAreToldAndPortIsFreeAgain) {
+TEST(End, ClientsAreNotifiedAndPortIsFreeAgain) {
   ServerOptions given{options()};
   std::optional<Server> server{given};
   given.port = server->port();

@@ -178,7 +178,7 @@ TEST(Hostile, SlowRequestsEnd) {
   EXPECT_EQ(silent.receive_all(), "");
   const auto start{std::chrono::steady_clock::now()};
   while (std::chrono::steady_clock::now() < start + 500ms && slow.receive(20ms).empty()) slow.send("X: y\r\n");
-  EXPECT_EQ(slow.receive_all(), "") << "a byte now and then is no request";
+  EXPECT_EQ(slow.receive_all(), "") << "a byte now and then is not a request";
 }
 
 TEST(Hostile, AReaderThatTakesNothingEnds) {

@@ -129,7 +129,7 @@ TEST_F(Parameters, WithoutASetterAreOnlyRead) {
   EXPECT_THAT(client.expect("status")["message"].get<std::string>(), HasSubstr("it can only be read"));
 }
 
-TEST_F(Parameters, ChangesAreToldToWhoWatches) {
+TEST_F(Parameters, ChangesAreSentToSubscribers) {
   Server server{given};
   Client all{server.port()};
   Client one{server.port()};
@@ -144,9 +144,9 @@ TEST_F(Parameters, ChangesAreToldToWhoWatches) {
   EXPECT_EQ(values_of(all.expect("parameterValues")), Json::parse(R"({"gain": 5.0})"));
   server.set_parameter({"count", std::int64_t{8}});
   EXPECT_EQ(values_of(all.expect("parameterValues")), Json::parse(R"({"count": 8})"));
-  const Json told(one.expect("parameterValues"));
-  EXPECT_EQ(values_of(told), Json::parse(R"({"count": 8})"));
-  EXPECT_FALSE(told.contains("id"));
+  const Json changed(one.expect("parameterValues"));
+  EXPECT_EQ(values_of(changed), Json::parse(R"({"count": 8})"));
+  EXPECT_FALSE(changed.contains("id"));
   EXPECT_EQ(taken_count(), 1U) << "the owner's own word is not asked for again";
 
   one.send({{"op", "unsubscribeParameterUpdates"}, {"parameterNames", {"count"}}});

@@ -79,12 +79,12 @@ TEST(InboxTest, IsBoundedHoweverLongNobodyFetches) {
   Inbox inbox{{plenty, 4}, counters};
   inbox.open(1, true);
   EXPECT_TRUE(inbox.put(message(1, 0)));
-  for (std::uint64_t stamp{1}; stamp < 100; ++stamp) EXPECT_FALSE(inbox.put(message(1, stamp))) << "told already";
+  for (std::uint64_t stamp{1}; stamp < 100; ++stamp) EXPECT_FALSE(inbox.put(message(1, stamp))) << "changed already";
   EXPECT_EQ(counters.messages_dropped, 96U);
   std::vector<std::uint64_t> stamps;
   while (const SharedMessage one{inbox.take()}) stamps.push_back(one->stamp_ns);
   EXPECT_THAT(stamps, ElementsAre(96, 97, 98, 99));
-  EXPECT_TRUE(inbox.put(message(1, 100))) << "to be told again";
+  EXPECT_TRUE(inbox.put(message(1, 100))) << "to be changed again";
 }
 
 TEST(InboxTest, AClosedChannelIsWantedByNobody) {

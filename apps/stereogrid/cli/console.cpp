@@ -186,7 +186,7 @@ void set_up_log() {
   spdlog::set_default_logger(std::move(log));
 }
 
-void complain(const char* name, const std::string& message) {
+void print_error(const char* name, const std::string& message) {
   log_on_stderr("{}{}: {}\n", isatty(STDERR_FILENO) == 1 ? wipe_line : "", name,
                 printable_lines(message, longest_message));
 }

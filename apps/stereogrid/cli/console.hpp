@@ -56,7 +56,7 @@ void log_on_stderr(fmt::format_string<Values...> format, Values&&... values) {
 /// From now on, the log goes to stderr, in colours on a terminal.
 void set_up_log();
 /// Prints the reason for which the program called `name` ends to stderr.
-void complain(const char* name, const std::string& message);
+void print_error(const char* name, const std::string& message);
 
 /// From now on Ctrl-C (and SIGTERM) only ask to stop; a second one ends the program at once. So does SIGHUP, unless it
 /// was ignored from the start; further ones change nothing.

@@ -44,7 +44,7 @@ void keep_memory() {
 }
 
 int failed(const char* name, int exit_code, const std::string& message) {
-  complain(name, message);
+  print_error(name, message);
   return exit_code;
 }
 
@@ -216,7 +216,7 @@ int run_program(int argc, char** argv, const char* name, Describe describe) {
   const int exit_code{run_guarded(argc, argv, name, describe)};
   const std::string lost{lost_output()};
   if (!lost.empty()) {
-    complain(name, "standard output is not all there (" + lost + "). Send it where there is space.");
+    print_error(name, "standard output is not all there (" + lost + "). Send it where there is space.");
   }
   flush_errors();
   const bool is_failure{!lost.empty() && exit_code == exit_done && interrupted() == 0};
@@ -241,7 +241,7 @@ OptionCheck whole_number(std::uint64_t minimum, std::uint64_t maximum) {
     const auto value{parsed<std::uint64_t>(text)};
     const bool octal{text.size() > 1 && text.front() == '0'};
     if (text.empty() || (value && !octal && *value >= minimum && *value <= maximum)) return std::string{};
-    return fmt::format("{} is no whole number from {} to {}.", text, minimum, maximum);
+    return fmt::format("{} is not a whole number from {} to {}.", text, minimum, maximum);
   };
 }
 
@@ -249,7 +249,7 @@ OptionCheck number(double minimum, double maximum) {
   return [=](const std::string& text) {
     const auto value{parsed<double>(text)};
     if (text.empty() || (value && *value >= minimum && *value <= maximum)) return std::string{};  // not for nan
-    return fmt::format("{} is no number from {:g} to {:g}.", text, minimum, maximum);
+    return fmt::format("{} is not a number from {:g} to {:g}.", text, minimum, maximum);
   };
 }
 

@@ -37,7 +37,7 @@ ListenAddress listen_address_of(const std::string& text) {
   const bool ambiguous{!bracketed && address.find(':') != std::string::npos};
   if (error != std::errc{} || stop != end || ambiguous) {
     throw ConfigError{"'" + text +
-                      "' is no place to listen. Give ADDRESS:PORT, such as 127.0.0.1:8765 or [::1]:8765; port 0 "
+                      "' is not a place to listen. Give ADDRESS:PORT, such as 127.0.0.1:8765 or [::1]:8765; port 0 "
                       "takes any free one."};
   }
   if (!address.empty()) made.address = address;

@@ -32,11 +32,11 @@ constexpr const char* what_to_install{
 void* opened(const std::string& name) {
   void* const library{dlopen(name.c_str(), RTLD_NOW | RTLD_LOCAL)};
   if (library != nullptr) return library;
-  const char* const complaint{dlerror()};
+  const char* const problem{dlerror()};
   throw DeviceError{
       fmt::format("ROS 2: the library {} could not be loaded: {}. Is the package stereogrid-dds installed, "
                   "with Cyclone DDS (Debian: libddsc0debian)?",
-                  io::printable(name), complaint == nullptr ? "" : complaint)};
+                  io::printable(name), problem == nullptr ? "" : problem)};
 }
 
 void* found_and_opened() {
@@ -128,14 +128,14 @@ void warn_of_other_tf(dds::Node& node, const std::string& vehicle_frame) {
   using messages::tf2_msgs::TFMessage;
   constexpr std::size_t depth{10};
   node.subscribe("/tf", std::string{TFMessage::type_name}, depth,
-                 [vehicle_frame, is_told = false](std::span<const std::byte> cdr) mutable {
-                   if (is_told) return;
+                 [vehicle_frame, is_reported = false](std::span<const std::byte> cdr) mutable {
+                   if (is_reported) return;
                    TFMessage message;
                    messages::decode(cdr, message);
                    const auto found{std::ranges::find(message.transforms, vehicle_frame,
                                                       &messages::geometry_msgs::TransformStamped::child_frame_id)};
                    if (found == message.transforms.end()) return;
-                   is_told = true;
+                   is_reported = true;
                    spdlog::warn("/tf: another node publishes {} → {}, too. Give --ros2-leave-tf.",
                                 io::printable(found->header.frame_id, 60), io::printable(vehicle_frame, 60));
                  });

@@ -42,17 +42,17 @@ class DriveDiagnosis {
  public:
   DriveDiagnosis(const FrameTally& tally, const TallyContext& context) : tally_{tally}, context_{context} {}
 
-  Findings complain() {
+  Findings diagnose() {
     report_exposure();
     for (std::size_t i{0}; i < tally_.flags.size(); ++i) report_flag(static_cast<FrameStatus>(i));
     report_pitch();
     report_near_ground();
     report_unknown_grids();
-    return std::move(complaints_);
+    return std::move(findings_);
   }
 
  private:
-  void say(std::string text) { complaints_.texts.push_back(std::move(text)); }
+  void say(std::string text) { findings_.texts.push_back(std::move(text)); }
 
   [[nodiscard]] std::string share(const FrameCount& count) const {
     return fmt::format("{} of {} frames", count.frames, tally_.frames);
@@ -78,7 +78,7 @@ class DriveDiagnosis {
     if (const auto frame{context_.frame_at(unmatched.first.index)}) {
       fault = fault_of_pair(context_.input, unmatched.first.index, *frame);
     }
-    complaints_.are_sides_swapped = fault.is_swapped;
+    findings_.are_sides_swapped = fault.is_swapped;
     if (fault.text.empty()) {
       fault.text = unmatched.first.exposure_warning.value_or(
           "are they of the same instant and the same place, rectified with this calibration, and not all noise?");
@@ -160,7 +160,7 @@ class DriveDiagnosis {
 
   const FrameTally& tally_;
   const TallyContext& context_;
-  Findings complaints_;
+  Findings findings_;
 };
 
 }  // namespace
@@ -182,7 +182,7 @@ void FrameTally::add(const io::FrameSummary& frame) {
 }
 
 Findings findings_of(const FrameTally& tally, const TallyContext& context) {
-  return DriveDiagnosis{tally, context}.complain();
+  return DriveDiagnosis{tally, context}.diagnose();
 }
 
 std::string without_digits(std::string text) {

@@ -130,7 +130,7 @@ PairFault fault_of_pair(const Input& input, std::size_t index, const StereoFrame
   if (is_without_texture(frame)) {
     return {"an image is black or without texture: is a lens covered, or the exposure far off?"};
   }
-  if (const auto complaint{io::finding_if_swapped(frame)}) return {*complaint, true};
+  if (const auto problem{io::finding_if_swapped(frame)}) return {*problem, true};
   if (io::negative_disparity_px(frame))
     return {"the right image is shifted: its farthest points have negative disparities."};
   const double as_it_is{io::coarse_match_share(frame.left, frame.right)};

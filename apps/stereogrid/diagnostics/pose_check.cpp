@@ -44,7 +44,7 @@ struct HandEye {
   double lever_sigma{};  ///< m; 0: unobserved, and taken to be 0
 
   [[nodiscard]] Complex residual(const MotionPair& step) const {
-    return place(step.given) - turn * place(step.seen) - lever_factor(step) * lever;
+    return place(step.external) - turn * place(step.seen) - lever_factor(step) * lever;
   }
   static Complex lever_factor(const MotionPair& step) { return 1.0 - std::polar(1.0, step.seen.yaw_rad); }
 };
@@ -74,8 +74,8 @@ HandEye fitted(std::span<const MotionPair> steps) {
     aa += std::norm(a);
     bb += std::norm(b);
     ab += std::conj(a) * b;
-    ap += std::conj(a) * place(step.given);
-    bp += std::conj(b) * place(step.given);
+    ap += std::conj(a) * place(step.external);
+    bp += std::conj(b) * place(step.external);
   }
   const double determinant{aa * bb - std::norm(ab)};
   HandEye fit{ap / aa, 0, 0};
@@ -88,8 +88,8 @@ HandEye fitted(std::span<const MotionPair> steps) {
 
 }  // namespace
 
-std::optional<std::string> contradiction_of(std::span<const MotionPair> given) {
-  std::vector<MotionPair> steps{given.begin(), given.end()};
+std::optional<std::string> contradiction_of(std::span<const MotionPair> pairs) {
+  std::vector<MotionPair> steps{pairs.begin(), pairs.end()};
   if (steps.size() < steps_min || travelled_m(steps) < path_min_m) return std::nullopt;
   const HandEye first{fitted(steps)};
   const auto error = [&](const MotionPair& step) { return std::norm(first.residual(step)); };
@@ -102,7 +102,7 @@ std::optional<std::string> contradiction_of(std::span<const MotionPair> given) {
   for (const MotionPair& step : steps) {
     travel_m2 += std::norm(place(step.seen));
     turn_rad2 += std::norm(step.seen.yaw_rad) + compared_rad * compared_rad;
-    turn_error_rad2 += std::norm(std::remainder(step.given.yaw_rad - step.seen.yaw_rad, 360 * per_degree));
+    turn_error_rad2 += std::norm(std::remainder(step.external.yaw_rad - step.seen.yaw_rad, 360 * per_degree));
   }
   const double scale{std::abs(fit.turn)};
   const double yaw_rad{std::arg(fit.turn)};
@@ -141,7 +141,7 @@ std::optional<std::string> contradiction_of_poses(const Input& input) {
       const OdometryStep step{odometry.update(frame)};
       const bool is_placed{!step.warning && frame.world_from_vehicle};
       const MotionPair now{step.world_from_vehicle, frame.world_from_vehicle.value_or(Pose2{})};
-      const MotionPair moved{inverse(from.seen) * now.seen, inverse(from.given) * now.given};
+      const MotionPair moved{inverse(from.seen) * now.seen, inverse(from.external) * now.external};
       const bool is_long{std::abs(place(moved.seen)) >= compared_m || std::abs(moved.seen.yaw_rad) >= compared_rad};
       if (is_placed && has_place && is_long) steps.push_back(moved);
       if (!is_placed || !has_place || is_long) from = now;

@@ -14,7 +14,7 @@ namespace stereogrid::app {
 /// Motion of the vehicle frame between two frames, by the images and by the poses that came with them.
 struct MotionPair {
   Pose2 seen;
-  Pose2 given;
+  Pose2 external;
 };
 
 /// Describes how given poses contradict the motion in the images, and the place of the camera that they would fit;

@@ -214,12 +214,12 @@ int show(const InfoOptions& options) {
   print_look(look, frames, config);
   if (input.recording != nullptr) {
     const auto& warnings{input.recording->contents().warnings};
-    look.complaints.insert(look.complaints.begin(), warnings.begin(), warnings.end());
+    look.problems.insert(look.problems.begin(), warnings.begin(), warnings.end());
   }
-  if (const auto text{contradiction_of_poses(input)}) look.complaints.push_back(*text);
+  if (const auto text{contradiction_of_poses(input)}) look.problems.push_back(*text);
   if (!options.proposed_mask.empty()) propose_mask(input, config, options.proposed_mask);
-  for (const std::string& complaint : look.complaints) print_row("complaint", complaint);
-  print_row("verdict", look.is_hopeless ? "cannot be used" : look.complaints.empty() ? "fine" : "usable");
+  for (const std::string& problem : look.problems) print_row("problem", problem);
+  print_row("verdict", look.is_hopeless ? "cannot be used" : look.problems.empty() ? "fine" : "usable");
   return look.is_hopeless ? exit_input : exit_done;
 }
 

@@ -68,7 +68,7 @@ class Looking {
       if (look_.tried >= first_tried && std::chrono::steady_clock::now() - start > longest_try) break;
       attempt(index);
     }
-    complain();
+    diagnose();
     return std::move(look_);
   }
 
@@ -81,12 +81,12 @@ class Looking {
       if (frame.right.empty()) return;
       if (is_without_texture(frame)) return blank_.add(frame.name);
       if (look_.usable == 1 && input_.recording != nullptr) {
-        if (const auto complaint{io::finding_if_shifted(frame, source_.rig())}) say(*complaint);
+        if (const auto problem{io::finding_if_shifted(frame, source_.rig())}) say(*problem);
       }
       if (frame.left == frame.right) identical_.add(frame.name);
     } catch (const InputError& error) {
       unusable_.insert(index);
-      look_.complaints.push_back(fmt::format("frame {} cannot be used: {}", source_.name(index), error.what()));
+      look_.problems.push_back(fmt::format("frame {} cannot be used: {}", source_.name(index), error.what()));
     }
   }
 
@@ -113,9 +113,9 @@ class Looking {
     return fmt::format("in {} of {} frames (first: {})", tally.frames, all, tally.first);
   }
 
-  void say(std::string text) { look_.complaints.push_back(std::move(text)); }
+  void say(std::string text) { look_.problems.push_back(std::move(text)); }
 
-  void complain() {
+  void diagnose() {
     if (identical_.frames > 0) {
       say(fmt::format("left and right are the same image {}: give the right camera's images.",
                       in_frames(identical_, look_.looked_at)));
@@ -127,7 +127,7 @@ class Looking {
     const Findings found{
         findings_of(tally_, {input_, config_, source_.rig(), pipeline_.next_rig(),
                              [this](std::size_t index) { return std::optional<StereoFrame>{source_.load(index)}; }})};
-    look_.complaints.insert(look_.complaints.end(), found.texts.begin(), found.texts.end());
+    look_.problems.insert(look_.problems.end(), found.texts.begin(), found.texts.end());
     if (!own_vehicle_.empty()) say(own_vehicle_);
     measure_road();
     const Rig& rig{pipeline_.next_rig()};

@@ -21,7 +21,7 @@ struct Look {
   Rig rig;                    ///< with the extrinsics that a run would use after these frames
   std::string mount;          ///< estimated extrinsics as a line for calibration.yaml; empty: none replaced the input's
   bool is_hopeless{false};    ///< nothing that can be used would come of a run
-  std::vector<std::string> complaints;
+  std::vector<std::string> problems;
 };
 
 /// Loads `count` frames spread over the input, and takes a few of them, the first ones and some of the others, through

@@ -103,7 +103,7 @@ class LiveLoop final : private capture::FrameHandler {
   }
 
   /// Warns of what was wrong with the frames, as `info` and `run` do.
-  void complain(const Config& config) {
+  void report_findings(const Config& config) {
     const auto frame_at = [this](std::size_t index) -> std::optional<StereoFrame> {
       const auto found{poor_frames_.find(index)};
       if (found == poor_frames_.end()) return std::nullopt;
@@ -111,9 +111,9 @@ class LiveLoop final : private capture::FrameHandler {
     };
     Input described;
     described.extrinsics_given = input_.recording.extrinsics_given;
-    const Findings complaints{
+    const Findings findings{
         findings_of(tally_, {described, config, input_.source->rig(), pipeline_.next_rig(), frame_at})};
-    for (const std::string& text : complaints.texts) spdlog::warn("{}", text);
+    for (const std::string& text : findings.texts) spdlog::warn("{}", text);
   }
 
   [[nodiscard]] bool has_frames() const { return frames_ > 0; }
@@ -167,10 +167,10 @@ class LiveLoop final : private capture::FrameHandler {
     std::vector<std::string> now;
     for (const Warning& warning : warnings) {
       now.push_back(without_digits(warning.text));
-      const bool is_new{std::ranges::find(told_, now.back()) == told_.end()};
+      const bool is_new{std::ranges::find(reported_, now.back()) == reported_.end()};
       spdlog::log(is_new ? spdlog::level::warn : spdlog::level::debug, "{}", warning.text);
     }
-    told_ = std::move(now);
+    reported_ = std::move(now);
   }
 
   // Sentences that count seconds are one and the same.
@@ -208,7 +208,7 @@ class LiveLoop final : private capture::FrameHandler {
   std::int64_t frames_reported_{0};
   std::int64_t refused_{0};
   std::string refused_reason_;
-  std::vector<std::string> told_;
+  std::vector<std::string> reported_;
   std::string fault_;
   Clock::time_point reported_{Clock::now()};
 };
@@ -238,7 +238,7 @@ int live(const LiveOptions& options) {
   loop.go_on();
   output.finish();
   loop.report();
-  loop.complain(config);
+  loop.report_findings(config);
   if (interrupted() != 0 || loop.has_frames()) return exit_done;
   throw InputError{input.kind, "has ended without a frame that could be used.", "The warnings above say why."};
 }
@@ -274,8 +274,8 @@ void ServiceManager::notify_ready() {
 void ServiceManager::notify_alive() {
   constexpr std::chrono::seconds every{1};
   const auto now = std::chrono::steady_clock::now();
-  if (now - told_ < every) return;
-  told_ = now;
+  if (now - reported_ < every) return;
+  reported_ = now;
   send("WATCHDOG=1");
 }
 

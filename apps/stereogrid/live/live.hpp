@@ -72,7 +72,7 @@ class ServiceManager {
   void send(const std::string& words) const;
 
   int socket_{-1};
-  std::chrono::steady_clock::time_point told_{};
+  std::chrono::steady_clock::time_point reported_{};
 };
 
 }  // namespace stereogrid::app

@@ -73,8 +73,8 @@ void PlacedFrames::take(LiveFrame live) {
 }
 
 void PlacedFrames::log_unusable(const std::string& reason) {
-  if (reason != told_) spdlog::warn("a frame cannot be used: {}", reason);
-  told_ = reason;
+  if (reason != reported_) spdlog::warn("a frame cannot be used: {}", reason);
+  reported_ = reason;
 }
 
 }  // namespace stereogrid::app

@@ -57,7 +57,7 @@ class PlacedFrames {
   // used by the thread
   std::optional<PoseStage> poses_;
   std::int64_t stream_{0};
-  std::string told_;
+  std::string reported_;
   std::thread thread_;
 };
 

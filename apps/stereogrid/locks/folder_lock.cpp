@@ -98,7 +98,7 @@ FolderLock::FolderLock(const fs::path& folder) : file_{folder / ".lock"} {
     if (error_number != 0) cannot_write(file_, error_number);
     if (has_name(descriptor_.get(), file_)) break;
   }
-  // whose it is: for the other one's complaint
+  // whose it is: for the other one's problem
   if (ftruncate(descriptor_.get(), 0) != 0 || !write_all(descriptor_.get(), fmt::format("{}\n", getpid()))) {
     cannot_write(file_, errno);
   }

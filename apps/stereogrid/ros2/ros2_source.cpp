@@ -103,7 +103,7 @@ struct Ros2Source::State {
   std::int64_t without_pose{0};
   std::string pose_fault;
   rosbag::PoseTally tally;
-  std::size_t told_dropped{0};  // last reported number
+  std::size_t reported_dropped{0};  // last reported number
 };
 
 std::shared_ptr<CameraPair> Ros2Source::State::pair_of(Side side, std::int64_t stamp_ns) {
@@ -123,7 +123,7 @@ void Ros2Source::State::take_clock(std::span<const std::byte> cdr) {
 }
 
 void Ros2Source::State::request_reset(const char* why) {
-  spdlog::info("{}: all begins anew", why);
+  spdlog::info("{}: restart", why);
   poses.clear();
   if (setup.transforms) setup.transforms->clear();
   for (const capture::Drop& drop : pair->dropped()) earlier[drop.reason] += drop.frames;
@@ -156,15 +156,15 @@ void Ros2Source::State::take_pose(std::span<const std::byte> cdr) {
   {
     const std::scoped_lock lock{mutex};
     rosbag::add_poses(found, tally, messages::nav_msgs::Odometry::type_name, cdr);
-    if (tally.dropped() > 0 && tally.dropped() >= 10 * told_dropped) log_dropped_poses();
+    if (tally.dropped() > 0 && tally.dropped() >= 10 * reported_dropped) log_dropped_poses();
   }
   poses.add(found);
 }
 
 /// The mutex is locked.
 void Ros2Source::State::log_dropped_poses() {
-  if (told_dropped == tally.dropped()) return;
-  told_dropped = tally.dropped();
+  if (reported_dropped == tally.dropped()) return;
+  reported_dropped = tally.dropped();
   spdlog::warn("{}: {}. Correct what publishes them.", poses_name, tally.text());
 }
 

@@ -103,9 +103,9 @@ void Waiting::print(const std::string& sentence) {
   if (sentence != sentence_) {
     sentence_ = sentence;
     since_ = Clock::now();
-  } else if (Clock::now() - since_ > log_after && told_ != sentence) {
+  } else if (Clock::now() - since_ > log_after && reported_ != sentence) {
     spdlog::warn("waiting: {}", sentence);
-    told_ = sentence;
+    reported_ = sentence;
   }
   std::this_thread::sleep_for(look_every);
 }

@@ -28,7 +28,7 @@ class Waiting {
   using Clock = std::chrono::steady_clock;
 
   std::string sentence_;
-  std::string told_;
+  std::string reported_;
   Clock::time_point since_{Clock::now()};
 };
 

@@ -212,14 +212,14 @@ TransformBuffer::Found TransformBuffer::parent_from(const std::string& child, co
   }
   const auto after{std::ranges::lower_bound(history, stamp_ns, {}, &Stamped::stamp_ns)};
   // no numbers in the text: it is logged once
-  const auto complain{[&](const char* what, bool may_come) -> Found {
+  const auto not_found{[&](const char* what, bool may_come) -> Found {
     return {{},
             fmt::format("{} → {} {} the image.", io::printable(link.parent, 60), io::printable(child, 60), what),
             may_come};
   }};
-  if (after == history.end()) return complain("ends before", true);
+  if (after == history.end()) return not_found("ends before", true);
   if (after->stamp_ns == stamp_ns) return {affine(after->rotation, after->translation)};
-  if (after == history.begin()) return complain("begins after", false);
+  if (after == history.begin()) return not_found("begins after", false);
   const Stamped& before{*(after - 1)};
   const double part{static_cast<double>(stamp_ns - before.stamp_ns) /
                     static_cast<double>(after->stamp_ns - before.stamp_ns)};

@@ -23,7 +23,7 @@ namespace stereogrid::app {
 /// The last seconds of where the vehicle was, as it comes, for instants of images. For any threads.
 class PoseBuffer {
  public:
-  /// `name`: where the poses come from, for complaints.
+  /// `name`: where the poses come from, for error messages.
   explicit PoseBuffer(std::string name) : name_{std::move(name)} {}
 
   /// Adds poses. Stamps older than the buffer's belong to another clock: the buffer is cleared first.

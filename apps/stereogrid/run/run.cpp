@@ -83,9 +83,9 @@ io::RunRecord record_of(const RunOptions& options, const Input& input, const Pip
   run.warm_up = std::min(range.first, static_cast<std::size_t>(options.warm_up));
   io::RunRecord record{options.folder, std::move(run)};
   const StereoFrame first{first_usable_frame(*input.source, range)};
-  if (const auto complaint{io::finding_if_swapped(first)}) throw InputError{*complaint};
+  if (const auto problem{io::finding_if_swapped(first)}) throw InputError{*problem};
   if (input.recording != nullptr) {
-    if (const auto complaint{io::finding_if_shifted(first, input.source->rig())}) spdlog::warn("{}", *complaint);
+    if (const auto problem{io::finding_if_shifted(first, input.source->rig())}) spdlog::warn("{}", *problem);
   }
   return record;
 }
@@ -139,9 +139,9 @@ void warn_of_frames(const io::RunRecord& record, const Input& input, const Pipel
       return std::nullopt;
     }
   };
-  const Findings complaints{
+  const Findings findings{
       findings_of(tally, {input, pipeline.config(), input.source->rig(), pipeline.next_rig(), frame_at})};
-  for (const std::string& text : complaints.texts) spdlog::warn("{}", text);
+  for (const std::string& text : findings.texts) spdlog::warn("{}", text);
   if (interrupted() != 0) return;
   if (const auto text{contradiction_of_poses(input)}) spdlog::warn("{}", *text);
 }

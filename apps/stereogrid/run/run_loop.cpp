@@ -31,16 +31,16 @@ bool wait_for_frame(io::FrameQueue& queue, std::size_t index, std::chrono::secon
   constexpr std::chrono::seconds long_wait{10};
   const auto start{std::chrono::steady_clock::now()};
   auto end{start + limit};
-  bool is_told{false};
+  bool is_reported{false};
   bool is_stopped{false};
   while (!queue.is_ready_within(look_around)) {
     const auto now{std::chrono::steady_clock::now()};
     if (interrupted() != 0 && !std::exchange(is_stopped, true)) end = std::min(end, now + stop_wait);
     if (now >= end) return false;
-    if (is_told || now < start + long_wait) continue;
+    if (is_reported || now < start + long_wait) continue;
     spdlog::warn("frame {} has not come for {} s: is the input's file system slow, or gone? Ctrl-C ends the run", index,
                  long_wait.count());
-    is_told = true;
+    is_reported = true;
   }
   return true;
 }
@@ -175,7 +175,7 @@ void RunLoop::save_skipped() {
 
 void RunLoop::log_warnings(const std::string& name, const std::vector<Warning>& warnings) {
   for (const Warning& warning : warnings) {
-    const bool is_new{told_.insert(without_digits(warning.text)).second};
+    const bool is_new{reported_.insert(without_digits(warning.text)).second};
     spdlog::log(is_new ? spdlog::level::warn : spdlog::level::debug, "frame {}: {}", name, warning.text);
   }
 }

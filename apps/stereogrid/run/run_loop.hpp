@@ -72,7 +72,7 @@ class RunLoop final : private capture::FrameHandler {
   int frames_done_{0};
   std::size_t skipped_saved_{0};
   double seconds_{0};
-  std::set<std::string> told_;
+  std::set<std::string> reported_;
 };
 
 }  // namespace stereogrid::app

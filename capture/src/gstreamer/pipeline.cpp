@@ -164,7 +164,7 @@ void GstStream::take(GstSample* sample, Role role) {
   GstVideoFrame frame;
   if (gst_video_info_from_caps(&info, gst_sample_get_caps(sample)) == FALSE ||
       gst_video_frame_map(&frame, &info, gst_sample_get_buffer(sample), GST_MAP_READ) == FALSE) {
-    throw InputError{"camera: a buffer of the pipeline is no image. Put 'videoconvert' before the appsink."};
+    throw InputError{"camera: a buffer of the pipeline is not an image. Put 'videoconvert' before the appsink."};
   }
   const std::unique_ptr<GstVideoFrame, void (*)(GstVideoFrame*)> mapped{&frame, gst_video_frame_unmap};
   const PixelView view{GST_VIDEO_FRAME_PLANE_DATA(&frame, 0),

@@ -50,7 +50,7 @@ struct Coding {
 
 Image<float> read_png(const std::string& file, const std::string& bytes, const Coding& coding) {
   const cv::Mat image{decode_image(file, bytes)};
-  if (image.type() != CV_16UC1) throw InputError{file, "is no PNG of one channel with 16 bits.", coding.kinds};
+  if (image.type() != CV_16UC1) throw InputError{file, "is not a PNG of one channel with 16 bits.", coding.kinds};
   return floats_of(image, coding.units);
 }
 
@@ -58,7 +58,7 @@ Image<float> read_tiff(const std::string& file, const std::string& bytes, const 
   const cv::Mat image{decode_image(file, bytes)};
   if (coding.has_whole_tiff && image.type() == CV_16UC1) return floats_of(image, coding.units);
   if (image.type() != CV_32FC1 && image.type() != CV_64FC1) {
-    throw InputError{file, "is no TIFF of one channel of floats.", coding.kinds};
+    throw InputError{file, "is not a TIFF of one channel of floats.", coding.kinds};
   }
   return floats_of(image, 1);
 }
@@ -116,7 +116,7 @@ Image<float> read_any(const std::filesystem::path& path, const Coding& coding) {
   if (view.starts_with("Pf") || view.starts_with("PF")) return read_pfm(file, bytes);
   if (view.starts_with("II") || view.starts_with("MM")) return read_tiff(file, bytes, coding);
   if (view.starts_with("\x89PN")) return read_png(file, bytes, coding);
-  throw InputError{file, bytes.empty() ? "is empty." : "is no disparity or depth image of a kind that can be read.",
+  throw InputError{file, bytes.empty() ? "is empty." : "is not a disparity or depth image of a kind that can be read.",
                    coding.kinds};
 }
 

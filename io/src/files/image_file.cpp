@@ -152,7 +152,7 @@ cv::Mat decode_image(const std::string& file, std::string_view bytes) {
   if (bytes.starts_with("II") || bytes.starts_with("MM")) return decode_tiff(file, bytes);
   if (bytes.starts_with("RIFF") && bytes.substr(0, 12).ends_with("WEBP")) return decode_webp(file, bytes);
   if (bytes.starts_with("BM")) return decode_bmp(file, bytes);
-  throw InputError{file, "is no image of a kind that can be read (allowed: PNG, PGM, PPM, JPEG, TIFF, WebP, BMP).",
+  throw InputError{file, "is not an image of a kind that can be read (allowed: PNG, PGM, PPM, JPEG, TIFF, WebP, BMP).",
                    "Convert it to PNG."};
 }
 

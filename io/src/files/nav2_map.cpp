@@ -52,7 +52,7 @@ void write_nav2_map(const std::filesystem::path& yaml, const GridGeometry& geome
                      "Give nx × ny cells, and at least one."};
   }
   if (yaml.extension() != ".yaml" && yaml.extension() != ".yml") {
-    throw InputError{printable_path(yaml), "is no name for a map.", "Let it end in .yaml."};
+    throw InputError{printable_path(yaml), "is not a name for a map.", "Let it end in .yaml."};
   }
   std::filesystem::path image{yaml};
   image.replace_extension(".pgm");

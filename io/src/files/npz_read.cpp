@@ -63,7 +63,7 @@ std::size_t elements_of(const std::vector<std::size_t>& shape, std::size_t limit
 }
 
 Head parse_head(const std::string& npy, const std::string& where) {
-  if (npy.size() < 12 || npy.compare(0, 6, "\x93NUMPY") != 0) fail(where, "is no NumPy array.");
+  if (npy.size() < 12 || npy.compare(0, 6, "\x93NUMPY") != 0) fail(where, "is not a NumPy array.");
   const bool wide{npy[6] > 1};  // from version 2 on the length has 4 bytes
   const auto byte{[&npy](std::size_t i) { return static_cast<std::size_t>(static_cast<unsigned char>(npy[i])); }};
   const std::size_t length{byte(8) | byte(9) << 8 | (wide ? byte(10) << 16 | byte(11) << 24 : 0)};
@@ -98,7 +98,7 @@ NpyArray parse_npy(const std::string& npy, const std::string& where) {
 using Archive = std::unique_ptr<zip_t, decltype(&zip_discard)>;
 
 Archive open_archive(const std::string& bytes, const std::string& file) {
-  if (bytes.empty()) fail(file, "is no whole .npz archive (empty).");  // libzip would take it for a new one
+  if (bytes.empty()) fail(file, "is not a whole .npz archive (empty).");  // libzip would take it for a new one
   zip_error_t error;
   zip_error_init(&error);
   zip_source_t* const source{zip_source_buffer_create(bytes.data(), bytes.size(), 0, &error)};
@@ -106,7 +106,7 @@ Archive open_archive(const std::string& bytes, const std::string& file) {
                   zip_discard};
   if (!archive) {
     zip_source_free(source);
-    fail(file, "is no whole .npz archive (" + std::string{zip_error_strerror(&error)} + ").");
+    fail(file, "is not a whole .npz archive (" + std::string{zip_error_strerror(&error)} + ").");
   }
   return archive;
 }
@@ -214,7 +214,8 @@ std::vector<T> NpyArray::to() const {
 
 template <class T>
 Image<T> NpyArray::to_image() const {
-  if (shape.size() != 2) throw InputError{"an array of " + std::to_string(shape.size()) + " dimensions is no image"};
+  if (shape.size() != 2)
+    throw InputError{"an array of " + std::to_string(shape.size()) + " dimensions is not an image"};
   Image<T> image{static_cast<int>(shape[1]), static_cast<int>(shape[0])};
   std::ranges::copy(to<T>(), image.begin());
   return image;

@@ -175,7 +175,7 @@ Image<float> fit_depth(Image<float> depth_m, int width_px, int height_px, const 
   if (std::int64_t{depth_m.width()} * height_px != std::int64_t{depth_m.height()} * width_px) {
     throw InputError{
         name,
-        fmt::format("depth has {}×{} px, but the images have {}×{}, which is no exact multiple or fraction.",
+        fmt::format("depth has {}×{} px, but the images have {}×{}, which is not an exact multiple or fraction.",
                     depth_m.width(), depth_m.height(), width_px, height_px),
         "Take depth that is aligned to the images."};
   }

@@ -47,7 +47,7 @@ class Settings {
     if (list.size() > most_values) fail(list, name + " has more values than a list may have.");
     std::string text;
     for (const YAML::Node& value : list) {
-      if (!value.IsScalar()) fail(value, name + " is no list of numbers.");
+      if (!value.IsScalar()) fail(value, name + " is not a list of numbers.");
       text += (text.empty() ? "" : ",") + value.Scalar();
     }
     return text.empty() ? "none" : text;

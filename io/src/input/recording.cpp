@@ -174,7 +174,7 @@ std::vector<ScanPoint> read_scan(const std::filesystem::path& path) {
   if (bytes.empty()) throw InputError{printable_path(path), "is empty.", mend};
   if (bytes.size() % sizeof(ScanPoint) != 0) {
     throw InputError{printable_path(path),
-                     fmt::format("has {} bytes, which is no multiple of 16: it is cut off.", bytes.size()), mend};
+                     fmt::format("has {} bytes, which is not a multiple of 16: it is cut off.", bytes.size()), mend};
   }
   std::vector<ScanPoint> points(bytes.size() / sizeof(ScanPoint));
   std::memcpy(points.data(), bytes.data(), bytes.size());

@@ -125,7 +125,7 @@ bool can_be_cut(Size whole, ImageLayout layout) {
   return layout == ImageLayout::side_by_side ? whole.width_px % 2 == 0 : whole.height_px % 2 == 0;
 }
 
-/// Without complaints about the size or the principal point.
+/// Without error messages about the size or the principal point.
 bool fits(const std::filesystem::path& calibration, Size size) {
   try {
     return read_calibration(calibration, size.width_px, size.height_px).warnings.empty();

@@ -70,7 +70,7 @@ class CheckpointFile {
 
   void require(bool condition) const {
     if (condition) return;
-    throw InputError{path_.string(), "is no saved state of a run.", "Remove it: the run then begins anew."};
+    throw InputError{path_.string(), "is not a saved state of a run.", "Remove it: the run then restarts."};
   }
 
  private:

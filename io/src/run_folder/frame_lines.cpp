@@ -194,7 +194,7 @@ void ObstacleReader::operator()(const ObstacleField& field, Outline& outline) co
   if (is_missing(field) || object_.at(field.name).is_null()) return;
   const Json& points(object_.at(field.name));
   if (!points.is_array() || points.size() > Outline::points_max) {
-    throw InputError{fmt::format("'{}' is no list of at most {} points", field.name, Outline::points_max)};
+    throw InputError{fmt::format("'{}' is not a list of at most {} points", field.name, Outline::points_max)};
   }
   for (const Json& point : points) {
     outline.push_back({number_of(point.at(0), field.name, most), number_of(point.at(1), field.name, most)});
@@ -221,7 +221,7 @@ RunFrame frame_of(const Json& line) {
   frame.stamp_ns = whole_number(line, "stamp_ns", -largest_stamp_ns, largest_stamp_ns);
   frame.world_from_vehicle = pose_of(line);
   frame.timing_ms = timing_of(line);
-  if (frame.name.empty() || frame.name.find('/') != std::string::npos) throw InputError{"'name' is no frame's name"};
+  if (frame.name.empty() || frame.name.find('/') != std::string::npos) throw InputError{"'name' is not a frame's name"};
   for (const Json& o : line.at("obstacles")) {
     frame.obstacles.push_back(obstacle_of(o));
   }

@@ -125,7 +125,7 @@ void RunRecord::resume() {
   }
   read_json<Json>(printable_path(file), read_text(file, largest_bytes::json), "",
                   "Start the run anew in another folder.", [&](const Json& before) {
-                    if (!before.is_object()) throw InputError{"it is no object"};
+                    if (!before.is_object()) throw InputError{"it is not an object"};
                     check_same_settings(file, before, run_);
                     skipped_ = skipped_in(before);
                   });

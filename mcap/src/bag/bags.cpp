@@ -65,7 +65,7 @@ std::unique_ptr<Bag> open_unpacked_bag(const std::filesystem::path& path) {
                      "Convert it: pip install rosbags, then rosbags-convert --src FILE.bag --dst FOLDER."};
   }
   throw InputError{io::printable_path(path),
-                   "is no recording: it begins neither as MCAP nor as SQLite, which rosbag2 writes.",
+                   "is not a recording: it begins neither as MCAP nor as SQLite, which rosbag2 writes.",
                    "Name an .mcap, a .db3, or the folder of a bag."};
 }
 

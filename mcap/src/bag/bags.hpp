@@ -33,7 +33,7 @@ inline constexpr std::uint64_t most_growth{200};
 /// Topics of a bag, distinct in name, type and encoding.
 class TopicList {
  public:
-  /// `file`: name in complaints.
+  /// `file`: name in error messages.
   explicit TopicList(std::string file) : file_{std::move(file)} {}
 
   /// Index of the topic, which Message::channel has; a known topic gets its messages. Throws InputError: more than

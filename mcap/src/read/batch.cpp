@@ -97,7 +97,7 @@ void find_messages(Batch& batch, Contents& contents) {
     if (records.size() - at < record_head_bytes) throw Malformed{"its last record is cut off"};
     const RecordHead head{head_at(records.subspan(at))};
     at += record_head_bytes;
-    if (head.op == Op{0}) throw Malformed{"it has bytes that are no record"};
+    if (head.op == Op{0}) throw Malformed{"it has bytes that are not a record"};
     if (head.length > records.size() - at) throw Malformed{"a record in it is longer than it"};
     const View content{records.subspan(at, head.length)};
     if (head.op == Op::message) {

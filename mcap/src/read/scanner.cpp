@@ -50,7 +50,7 @@ bool Scanner::read_head(RecordHead& head) {
   file_.read(at_, bytes);
   head = head_at(bytes);
   if (head.op == Op{0}) {
-    stop(at_, "what follows is no record");
+    stop(at_, "what follows is not a record");
     return false;
   }
   if (head.length > left - record_head_bytes) {

@@ -104,11 +104,12 @@ bool all_counted(const Contents& contents, std::uint64_t messages) {
 void require_mcap(const FileInput& file) {
   Bytes first(magic.size());
   if (file.size() < first.size()) {
-    throw InputError{file.name(), "is no MCAP file: it has fewer than 8 bytes.", "Was it written to its end?"};
+    throw InputError{file.name(), "is not an MCAP file: it has fewer than 8 bytes.", "Was it written to its end?"};
   }
   file.read(0, first);
   if (!is_magic(first)) {
-    throw InputError{file.name(), "is no MCAP file: other bytes than its mark stand at byte 0.", "Name a recording."};
+    throw InputError{file.name(), "is not an MCAP file: other bytes than its mark stand at byte 0.",
+                     "Name a recording."};
   }
 }
 

@@ -105,7 +105,7 @@ void StereoGridNode::take(Side side, const builtin_interfaces::msg::Time& stamp,
     if (!pair_) return;
     std::int64_t& newest_ns{newest_ns_.at(index_of(side))};
     if (stamp_ns + step_back_ns < newest_ns) {
-      RCLCPP_INFO(get_logger(), "the stamps of the images step back: all begins anew");
+      RCLCPP_INFO(get_logger(), "the stamps of the images step back: restart");
       newest_ns_.fill(stamp_ns);
       pair_ = std::make_shared<Pair>(calibration_, pairing());
     }

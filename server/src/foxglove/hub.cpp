@@ -117,7 +117,7 @@ void Hub::receive(ClientId id, std::string_view bytes, bool binary, RequestRate:
     std::visit([&](const auto& request) { handle(id, request); }, parse_request(bytes));
   } catch (const InputError& error) {
     ++counters_.faults;
-    complain(client, StatusLevel::error, error.what(), 1);
+    report_status(client, StatusLevel::error, error.what(), 1);
     if (++client.faults >= options_.limits.faults) close(client, "too many malformed requests");
   }
 }
@@ -143,7 +143,7 @@ std::optional<Frame> Hub::next(ClientId id) {
   return Frame{true, std::move(head), std::move(message)};
 }
 
-void Hub::complain(Client& client, StatusLevel level, const std::string& first, std::size_t count) {
+void Hub::report_status(Client& client, StatusLevel level, const std::string& first, std::size_t count) {
   if (count == 0) return;
   const std::string more{count > 1 ? " (and " + std::to_string(count - 1) + " more of the same request)" : ""};
   send_control(client, status(level, first + more));
@@ -189,7 +189,7 @@ void Hub::handle(ClientId id, const Subscribe& request) {
     const std::optional<std::string> why{subscribe(id, wanted)};
     if (why && refused++ == 0) first = *why;
   }
-  complain(clients_.at(id), StatusLevel::warning, first, refused);
+  report_status(clients_.at(id), StatusLevel::warning, first, refused);
   if (refused < request.subscriptions.size()) graph_changed();
 }
 
@@ -222,7 +222,7 @@ void Hub::handle(ClientId id, const Unsubscribe& request) {
       first = "unsubscribe: there is no subscription " + std::to_string(subscription) + ".";
     }
   }
-  complain(client, StatusLevel::warning, first, unknown);
+  report_status(client, StatusLevel::warning, first, unknown);
   if (unknown < request.ids.size()) graph_changed();
 }
 
@@ -252,7 +252,7 @@ void Hub::handle(ClientId id, const GetParameters& request) {
       first = "getParameters: there is no parameter '" + name.substr(0, 60) + "'.";
     }
   }
-  complain(client, StatusLevel::warning, first, unknown);
+  report_status(client, StatusLevel::warning, first, unknown);
   send_control(client, parameters_text(names, request.id));
 }
 
@@ -262,14 +262,14 @@ void Hub::handle(ClientId id, const SetParameters& request) {
   std::set<std::string> names;
   std::size_t refused{0};
   std::string first;
-  for (const Parameter& wish : request.parameters) {
-    const std::optional<std::string> why{parameters_.set(wish)};
-    if (why && refused++ == 0) first = "setParameters: '" + wish.name.substr(0, 60) + "': " + *why;
-    if (!why) parameter_changed(wish.name);
-    if (parameters_.find(wish.name) != nullptr) names.insert(wish.name);
+  for (const Parameter& requested : request.parameters) {
+    const std::optional<std::string> why{parameters_.set(requested)};
+    if (why && refused++ == 0) first = "setParameters: '" + requested.name.substr(0, 60) + "': " + *why;
+    if (!why) parameter_changed(requested.name);
+    if (parameters_.find(requested.name) != nullptr) names.insert(requested.name);
   }
   Client& client{clients_.at(id)};
-  complain(client, StatusLevel::error, first, refused);
+  report_status(client, StatusLevel::error, first, refused);
   if (request.id) send_control(client, parameters_text(names, request.id));
 }
 

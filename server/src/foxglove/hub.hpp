@@ -31,7 +31,7 @@ class ParameterStore {
 
   /// A client's value, in a type that JSON has. Returns the reason to reject it; none: the parameter has this value
   /// now.
-  [[nodiscard]] std::optional<std::string> set(const Parameter& wish);
+  [[nodiscard]] std::optional<std::string> set(const Parameter& requested);
   /// The owner's word. Throws ConfigError; see check().
   void put(const Parameter& parameter);
   /// Throws ConfigError: no such parameter, another type, a number that is not finite. Reads what never changes.
@@ -98,7 +98,7 @@ class Hub {
   void publish(const SharedMessage& message);
   void push(Client& client, const SharedMessage& message);
   /// One sentence for what may be many.
-  void complain(Client& client, StatusLevel level, const std::string& first, std::size_t count);
+  void report_status(Client& client, StatusLevel level, const std::string& first, std::size_t count);
   void send_control(Client& client, std::string text);
   void close(Client& client, const std::string& reason);
   void graph_changed(const std::string& removed_topic = {});

@@ -89,12 +89,12 @@ bool Inbox::put(SharedMessage message) {
   const std::lock_guard lock{mutex_};
   if (!channels_.contains(message->channel)) return false;
   counters_.messages_dropped += queue_.push(std::move(message));
-  return !std::exchange(told_, true);
+  return !std::exchange(is_reported_, true);
 }
 
 SharedMessage Inbox::take() {
   const std::lock_guard lock{mutex_};
-  told_ = !queue_.empty();
+  is_reported_ = !queue_.empty();
   return queue_.pop();
 }
 

@@ -97,7 +97,7 @@ class Inbox {
   mutable std::mutex mutex_;
   std::map<ChannelId, Interest> channels_;
   MessageQueue queue_;
-  bool told_{false};
+  bool is_reported_{false};
 };
 
 }  // namespace stereogrid::server

@@ -76,11 +76,11 @@ std::vector<std::string> ParameterStore::names() const {
   return names;
 }
 
-std::optional<std::string> ParameterStore::set(const Parameter& wish) {
-  const auto found{parameters_.find(wish.name)};
+std::optional<std::string> ParameterStore::set(const Parameter& requested) {
+  const auto found{parameters_.find(requested.name)};
   if (found == parameters_.end()) return "there is no such parameter.";
   if (!set_) return "it can only be read.";
-  const Parameter parameter{wish.name, adapted(wish.value, found->second.value)};
+  const Parameter parameter{requested.name, adapted(requested.value, found->second.value)};
   const std::size_t type{found->second.value.index()};
   if (parameter.value.index() != type) return std::string{"it has to be "} + type_names[type] + ".";
   try {

@@ -143,7 +143,7 @@ Site::Site(HttpContent content, AccessRules rules) : rules_{std::move(rules)}, f
     check_path(folder.prefix, known);
     if (folder.prefix.ends_with('/')) throw ConfigError{"'" + folder.prefix + "': leave out the last '/'."};
     if (!std::filesystem::is_directory(folder.folder)) {
-      throw InputError{folder.folder.string(), "is no folder.", "Name the folder that is to be served."};
+      throw InputError{folder.folder.string(), "is not a folder.", "Name the folder that is to be served."};
     }
   }
 }

@@ -23,7 +23,7 @@ net::ip::address parsed_address(const std::string& text) {
   const auto address{net::ip::make_address(text == "localhost" ? "127.0.0.1" : text, error)};
   if (error) {
     throw ConfigError{"'" + text +
-                      "' is no address to listen on: give one of this machine, such as 127.0.0.1, or "
+                      "' is not an address to listen on: give one of this machine, such as 127.0.0.1, or "
                       "0.0.0.0 for all of them."};
   }
   return address;
@@ -33,7 +33,7 @@ std::string url_form(const net::ip::address& address) {
   return address.is_v6() ? "[" + address.to_string() + "]" : address.to_string();
 }
 
-[[noreturn]] void complain(const Error& error, const Tcp::endpoint& where) {
+[[noreturn]] void fail(const Error& error, const Tcp::endpoint& where) {
   const std::string port{std::to_string(where.port())};
   const std::string address{url_form(where.address())};
   if (error == net::error::address_in_use) {
@@ -45,7 +45,8 @@ std::string url_form(const net::ip::address& address) {
     throw DeviceError{"Port " + port + " may not be used by this user: choose one above 1023."};
   }
   if (error == boost::system::errc::address_not_available) {
-    throw ConfigError{address + " is no address of this machine: give one that it has, or 0.0.0.0 for all of them."};
+    throw ConfigError{address +
+                      " is not an address of this machine: give one that it has, or 0.0.0.0 for all of them."};
   }
   throw DeviceError{"Cannot listen on " + address + ":" + port + ": " + error.message() + "."};
 }
@@ -69,7 +70,7 @@ struct Network::State {
     if (!error) acceptor.set_option(net::socket_base::reuse_address(true), error);
     if (!error) acceptor.bind(where, error);
     if (!error) acceptor.listen(net::socket_base::max_listen_connections, error);
-    if (error) complain(error, where);
+    if (error) fail(error, where);
   }
 
   void accept() {

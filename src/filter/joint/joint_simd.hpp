@@ -82,7 +82,7 @@ void sum_row(const FilterTables& tables, const float* masses, BlockRowSums& sums
 void update_row(const JointStep& joint, View<const float> observed, const BlockRowSums* sums, BlockRow& row,
                 GridLayers& layers);
 
-/// m(k) ← scale·m(k) + born(k) in a row of a block; 0 in columns beyond the window.
+/// m(k) ← scale·m(k) + birth(k) in a row of a block; 0 in columns beyond the window.
 void rescale_row(const FilterStep& step, const BlockRow& row, float* masses);
 
 }  // namespace stereogrid

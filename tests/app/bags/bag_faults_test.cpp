@@ -34,7 +34,7 @@ TEST_F(Bags, WhatIsWrongWithTheCalibrationIsNamed) {
   expect_error(entries({.left = "/left/image_raw",
                         .right = "/right/image_raw",
                         .spoil_infos = [](CameraInfo&, CameraInfo& right) { right.r[0] = 2; }}),
-               "/right/camera_info: has in 'R' a rotation that is no rotation matrix");
+               "/right/camera_info: has in 'R' a rotation that is not a rotation matrix");
   // a file mends all of it
   write_mcap(bag(), entries({.has_infos = false}));
   const std::string file{(drive() / "calibration.yaml").string()};

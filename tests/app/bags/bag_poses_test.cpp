@@ -61,7 +61,7 @@ class BagPoses : public Bags {
     write_mcap(bag(), content);
     const Outcome info{run_tool({"info", bag().string()})};
     EXPECT_EQ(info.exit_code, 0) << info.errors;
-    EXPECT_THAT(info.output, AllOf(HasSubstr("complaint"), HasSubstr(said), HasSubstr("none: visual odometry")));
+    EXPECT_THAT(info.output, AllOf(HasSubstr("problem"), HasSubstr(said), HasSubstr("none: visual odometry")));
     const Outcome run{run_bag(bag(), {})};
     EXPECT_EQ(run.exit_code, 0) << run.errors;
     EXPECT_THAT(run.errors, AllOf(HasSubstr("warning"), HasSubstr(said)));

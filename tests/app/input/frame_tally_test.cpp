@@ -38,7 +38,7 @@ std::vector<std::string> texts_of(const FrameTally& tally, const Rig& given = ri
   return findings_of(tally, {input, config, given, used, [](std::size_t) { return std::nullopt; }}).texts;
 }
 
-TEST(FrameTally, GoodFramesGiveNoComplaint) {
+TEST(FrameTally, GoodFramesGiveNoFinding) {
   FrameTally tally;
   for (std::size_t i{0}; i < 40; ++i) tally.add(frame(i, {}));
   tally.add(frame(40, {}, false));  // a van before the camera
@@ -145,9 +145,9 @@ TEST(PoseCheck, PosesThatContradictTheImagesAreReported) {
               AllOf(HasSubstr("turned by 90°"), HasSubstr("x 1.00 m, y -0.20 m"), HasSubstr("--poses odometry")));
   EXPECT_THAT(contradiction_of(steps_of({}, -1)).value_or(""), HasSubstr("another path"));
   std::vector<MotionPair> jump{steps_of({})};
-  jump[4].given.x_m += 20;
+  jump[4].external.x_m += 20;
   EXPECT_FALSE(contradiction_of(jump)) << "jumps have a status of their own";
-  for (MotionPair& step : jump) step.given.x_m *= 2;
+  for (MotionPair& step : jump) step.external.x_m *= 2;
   EXPECT_THAT(contradiction_of(jump).value_or(""), HasSubstr("2.00 times as far"));
 }
 

@@ -194,7 +194,7 @@ TEST_F(HostileFiles, SettingsThatEndedTheProgram) {
   }
 }
 
-TEST_F(HostileFiles, LidarThatNobodyKnowsWhereItIs) {
+TEST_F(HostileFiles, LidarWithoutPosition) {
   fs::create_directory(folder_ / "drive" / "velodyne");
   put(folder_ / "drive" / "velodyne" / "000000.bin", std::string(1600, '\x3f'));
   expect(65, {"run", drive(), "--out", (folder_ / "out").string(), "--fuse", "lidar"},

@@ -65,7 +65,7 @@ TEST_F(Fusion, GoesOnWithoutASweepThatIsDamaged) {
 
 TEST_F(Fusion, SaysWhatIsMissing) {
   const TemporaryFolder folder;
-  const auto complaint = [&](const std::string& input, const std::vector<std::string>& more, int exit_code) {
+  const auto error_text = [&](const std::string& input, const std::vector<std::string>& more, int exit_code) {
     std::vector<std::string> words{"run", input, "--out", (folder / "run").string()};
     words.insert(words.end(), more.begin(), more.end());
     const Outcome outcome{run_tool(words)};
@@ -74,14 +74,14 @@ TEST_F(Fusion, SaysWhatIsMissing) {
     return outcome.errors;
   };
   const std::string scene{small_scene("empty", "&frames=2")};
-  EXPECT_THAT(complaint(scene, {"--fuse", "lidar"}, 65), HasSubstr("scene has no lidar sweeps. Leave --fuse out"));
-  EXPECT_THAT(complaint(scene, {"--fuse", "radar"}, 64), HasSubstr("radar"));
+  EXPECT_THAT(error_text(scene, {"--fuse", "lidar"}, 65), HasSubstr("scene has no lidar sweeps. Leave --fuse out"));
+  EXPECT_THAT(error_text(scene, {"--fuse", "radar"}, 64), HasSubstr("radar"));
   const fs::path copy{folder / "drive"};
   fs::copy(drive(), copy, fs::copy_options::recursive);
   std::ofstream{copy / "calib.txt"} << "P0: 80 0 80 0 0 80 50 0 0 0 1 0\nP1: 80 0 80 -40 0 80 50 0 0 0 1 0\n";
-  EXPECT_THAT(complaint(copy.string(), {"--fuse", "lidar"}, 65), HasSubstr("does not say where the lidar is"));
+  EXPECT_THAT(error_text(copy.string(), {"--fuse", "lidar"}, 65), HasSubstr("does not say where the lidar is"));
   fs::remove_all(copy / "velodyne");
-  EXPECT_THAT(complaint(copy.string(), {"--fuse", "lidar"}, 65), HasSubstr("has no lidar sweeps. Put KITTI's folder"));
+  EXPECT_THAT(error_text(copy.string(), {"--fuse", "lidar"}, 65), HasSubstr("has no lidar sweeps. Put KITTI's folder"));
 }
 
 }  // namespace

@@ -73,7 +73,7 @@ TEST(Mask, OfTheCalibrationStandsBesideItAndGivesWayToTheCommandLines) {
 
 TEST(Mask, WhatCannotBeOneIsRefused) {
   const TemporaryFolder folder;
-  const auto complaint = [&](const std::string& input, const std::string& mask) {
+  const auto error_text = [&](const std::string& input, const std::string& mask) {
     const Outcome outcome{run_tool({"run", input, "--out", (folder / "run").string(), "--mask", mask})};
     EXPECT_EQ(outcome.exit_code, 65);
     EXPECT_FALSE(fs::exists(folder / "run"));
@@ -86,11 +86,12 @@ TEST(Mask, WhatCannotBeOneIsRefused) {
   std::ofstream{folder / "text.png"} << "no image";
   std::ofstream{folder / "photo.png", std::ios::binary} << "\xff\xd8\xff\xe0 and so on";
   for (const std::string& input : {scene, drive.string()}) {
-    EXPECT_THAT(complaint(input, (folder / "none.png").string()), HasSubstr("none.png"));
-    EXPECT_THAT(complaint(input, (folder / "small.png").string()), HasSubstr("80×100 px, but the images have 160×100"));
-    EXPECT_THAT(complaint(input, (folder / "black.png").string()), HasSubstr("masks every pixel"));
-    EXPECT_THAT(complaint(input, (folder / "text.png").string()), HasSubstr("text.png"));
-    EXPECT_THAT(complaint(input, (folder / "photo.png").string()), HasSubstr("is a JPEG"));
+    EXPECT_THAT(error_text(input, (folder / "none.png").string()), HasSubstr("none.png"));
+    EXPECT_THAT(error_text(input, (folder / "small.png").string()),
+                HasSubstr("80×100 px, but the images have 160×100"));
+    EXPECT_THAT(error_text(input, (folder / "black.png").string()), HasSubstr("masks every pixel"));
+    EXPECT_THAT(error_text(input, (folder / "text.png").string()), HasSubstr("text.png"));
+    EXPECT_THAT(error_text(input, (folder / "photo.png").string()), HasSubstr("is a JPEG"));
   }
   std::ofstream{drive / "calibration.yaml", std::ios::app} << "mask: [1, 2]\n";
   EXPECT_THAT(errors_of(65, {"info", drive.string()}), HasSubstr("'mask' in line"));

@@ -27,16 +27,16 @@ using ::testing::IsEmpty;
 
 /// The messages of a topic, decoded, and when they were logged.
 template <class M>
-struct Heard {
+struct Received {
   std::vector<M> messages;
   std::vector<std::uint64_t> log_ns;
 };
 
 template <class M>
-Heard<M> heard(const fs::path& file, const std::string& topic) {
+Received<M> received(const fs::path& file, const std::string& topic) {
   const auto bag{mcap::open_bag(file)};
   const auto cursor{bag->messages({.topics = {topic}})};
-  Heard<M> all;
+  Received<M> all;
   while (const mcap::Message* const one{cursor->next()}) {
     EXPECT_EQ(bag->topics()[one->channel].type, M::type_name) << topic;
     messages::decode(one->data, all.messages.emplace_back());
@@ -100,8 +100,8 @@ TEST_F(RunMcap, HasEveryTopicOfEveryFrame) {
 }
 
 TEST_F(RunMcap, TheGridsAreThoseOfTheFolder) {
-  const auto world{heard<messages::nav_msgs::OccupancyGrid>(file(), "/stereo_grid/occupancy_grid")};
-  const auto observed{heard<messages::nav_msgs::OccupancyGrid>(file(), "/stereo_grid/observed_grid")};
+  const auto world{received<messages::nav_msgs::OccupancyGrid>(file(), "/stereo_grid/occupancy_grid")};
+  const auto observed{received<messages::nav_msgs::OccupancyGrid>(file(), "/stereo_grid/observed_grid")};
   ASSERT_EQ(world.messages.size(), frames);
   ASSERT_EQ(observed.messages.size(), frames);
   for (std::size_t i{0}; i < frames; ++i) {
@@ -120,9 +120,9 @@ TEST_F(RunMcap, TheGridsAreThoseOfTheFolder) {
 
 TEST_F(RunMcap, PosesObstaclesAndDisparitiesAreThoseOfTheFolder) {
   const std::vector<Json> lines = lines_of(run());
-  const auto odometry{heard<messages::nav_msgs::Odometry>(file(), "/stereo_grid/odometry")};
-  const auto obstacles{heard<messages::nav2_dynamic_msgs::ObstacleArray>(file(), "/stereo_grid/obstacles")};
-  const auto disparities{heard<messages::stereo_msgs::DisparityImage>(file(), "/stereo_grid/disparity")};
+  const auto odometry{received<messages::nav_msgs::Odometry>(file(), "/stereo_grid/odometry")};
+  const auto obstacles{received<messages::nav2_dynamic_msgs::ObstacleArray>(file(), "/stereo_grid/obstacles")};
+  const auto disparities{received<messages::stereo_msgs::DisparityImage>(file(), "/stereo_grid/disparity")};
   ASSERT_EQ(odometry.messages.size(), frames);
   ASSERT_EQ(obstacles.messages.size(), frames);
   ASSERT_EQ(disparities.messages.size(), frames);
@@ -145,7 +145,7 @@ TEST_F(RunMcap, PosesObstaclesAndDisparitiesAreThoseOfTheFolder) {
 
 TEST_F(RunMcap, ThePictureIsTheLeftImageWithTheRoadInBlue) {
   const auto pictures{
-      heard<messages::sensor_msgs::CompressedImage>(file(), "/stereo_grid/left/image_annotated/compressed")};
+      received<messages::sensor_msgs::CompressedImage>(file(), "/stereo_grid/left/image_annotated/compressed")};
   ASSERT_EQ(pictures.messages.size(), frames);
   const std::vector<std::uint8_t>& bytes{pictures.messages.back().data};
   std::ofstream{*folder / "left.jpg", std::ios::binary}.write(reinterpret_cast<const char*>(bytes.data()),
@@ -184,7 +184,7 @@ TEST_F(RunMcap, HasTheScaleThatWasAskedFor) {
     options.insert(options.end(), topics.begin(), topics.end());
     run_well(record(name, options));
     const auto grids{
-        heard<messages::nav_msgs::OccupancyGrid>(*folder / (name + ".mcap"), "/stereo_grid/occupancy_grid")};
+        received<messages::nav_msgs::OccupancyGrid>(*folder / (name + ".mcap"), "/stereo_grid/occupancy_grid")};
     ASSERT_EQ(grids.messages.size(), 2U);
     const auto [least, most] = std::ranges::minmax(grids.messages[1].data);
     EXPECT_EQ(least, 1);
@@ -199,7 +199,7 @@ TEST_F(RunMcap, CountsTheFramesThatWereLeftOut) {
   run_well({"run", drive.string(), "--out", (*folder / "left_out").string(), "--mcap",
             (*folder / "left_out.mcap").string(), "--mcap-topics", "status", "--frames", "1:"});
   const auto status{
-      heard<messages::diagnostic_msgs::DiagnosticArray>(*folder / "left_out.mcap", "/stereo_grid/status")};
+      received<messages::diagnostic_msgs::DiagnosticArray>(*folder / "left_out.mcap", "/stereo_grid/status")};
   ASSERT_EQ(status.messages.size(), 3U);
   std::map<std::string, std::string> values;
   for (const auto& one : status.messages.back().status.front().values) values[one.key] = one.value;
@@ -207,7 +207,7 @@ TEST_F(RunMcap, CountsTheFramesThatWereLeftOut) {
   EXPECT_EQ(values["dropped"], "1");
 }
 
-TEST_F(RunMcap, AFoundMountingIsTold) {
+TEST_F(RunMcap, EstimatedExtrinsicsArePublished) {
   const fs::path drive{*folder / "pitched"};
   run_well({"simulate", "scene:terrain?kind=bank&at=5&width=320&height=200&frames=6&camera_height=1.2&pitch_deg=8",
             "--out", drive.string(), "--no-truth"});
@@ -219,11 +219,11 @@ TEST_F(RunMcap, AFoundMountingIsTold) {
   std::ofstream{drive / "calibration.yaml"} << without;
   run_well({"run", drive.string(), "--out", (*folder / "found").string(), "--mcap", (*folder / "found.mcap").string(),
             "--poses", "none"});
-  const auto told{heard<messages::tf2_msgs::TFMessage>(*folder / "found.mcap", "/tf_static")};
-  ASSERT_EQ(told.messages.size(), 1U);
-  EXPECT_EQ(told.log_ns[0], 0U);
-  EXPECT_NEAR(told.messages[0].transforms[0].transform.translation.z, 1.2, 0.03);
-  ASSERT_EQ(told.messages[0].transforms.size(), 2U) << "the level camera, too";
+  const auto extrinsics{received<messages::tf2_msgs::TFMessage>(*folder / "found.mcap", "/tf_static")};
+  ASSERT_EQ(extrinsics.messages.size(), 1U);
+  EXPECT_EQ(extrinsics.log_ns[0], 0U);
+  EXPECT_NEAR(extrinsics.messages[0].transforms[0].transform.translation.z, 1.2, 0.03);
+  ASSERT_EQ(extrinsics.messages[0].transforms.size(), 2U) << "the level camera, too";
   // the image is the camera's, with the road projected back into it
   EXPECT_EQ(counts_of(*folder / "found.mcap")["/stereo_grid/left/image_annotated/compressed"], 6U);
 }
@@ -272,7 +272,7 @@ TEST_F(RunMcap, AKilledRunLeavesWhatWasRecorded) {
   }
   process.send(SIGKILL);
   EXPECT_EQ(process.wait(), 128 + SIGKILL);
-  const auto odometry{heard<messages::nav_msgs::Odometry>(out, "/stereo_grid/odometry")};
+  const auto odometry{received<messages::nav_msgs::Odometry>(out, "/stereo_grid/odometry")};
   EXPECT_GT(odometry.messages.size(), 0U);
   EXPECT_LT(odometry.messages.size(), 1000U);
   EXPECT_THAT(mcap::open_bag(out)->damage(), ::testing::SizeIs(::testing::Le(1U)));

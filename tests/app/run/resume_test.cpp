@@ -99,7 +99,7 @@ TEST(Resume, OfALongRunGoesOnExactly) {
   }
 }
 
-TEST(Resume, ADamagedSavedStateIsToldAndDoneWithout) {
+TEST(Resume, ADamagedSavedStateIsReportedAndDoneWithout) {
   const TemporaryFolder folder;
   sit(folder / "whole", ":14", {"--checkpoint-every", "5"});
   for (const std::size_t kept : {std::size_t{0}, std::size_t{1000}}) {

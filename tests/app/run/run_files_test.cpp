@@ -84,7 +84,7 @@ TEST_F(RunFiles, CompactGridsAreThoseToTheirSteps) {
   EXPECT_LT(fs::file_size(compact / file), fs::file_size(run() / file) / 10);
 }
 
-TEST_F(RunFiles, RunJsonTellsWhatWasDone) {
+TEST_F(RunFiles, RunJsonDescribesWhatWasDone) {
   const Json json(json_of(run() / "run.json"));
   for (const char* key : {"version", "preset", "config", "input", "frames", "device", "simd_target", "timing_ms", "rig",
                           "grid", "world_grid", "skipped", "status", "warnings"}) {

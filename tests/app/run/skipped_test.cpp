@@ -89,7 +89,7 @@ TEST_F(Skipped, AreFoundAgainWhereAKilledRunHasNotNotedThem) {
   }
 }
 
-TEST_F(Skipped, WhoseFilesHaveBeenMendedSinceAreToldOf) {
+TEST_F(Skipped, WhoseFilesHaveBeenMendedSinceAreReported) {
   make_drive(3, {0, 2});
   run_well(command());
   Json killed(json_of(out() / "run.json"));

@@ -96,7 +96,7 @@ TEST(Sparse, GoesOnWithItsOwnSettingsOnly) {
 }
 
 // Unreadable frames are reported whether they are written or not, also by a killed run.
-TEST(Sparse, SkippedFramesAreAllToldOf) {
+TEST(Sparse, SkippedFramesAreAllReported) {
   const TemporaryFolder folder;
   const fs::path drive{folder / "drive"};
   run_well({"simulate", small_scene("street", "&frames=20"), "--out", drive.string(), "--no-truth"});
@@ -156,7 +156,7 @@ TEST(Sparse, WhatNeedsAnotherLayerSaysSo) {
   const TemporaryFolder folder;
   const fs::path run{folder / "run"};
   run_well(street(run, {"--frames", ":12", "--layers", "occupancy,velocity,age"}));
-  const auto complaint = [&](std::vector<std::string> words) {
+  const auto error_text = [&](std::vector<std::string> words) {
     words.insert(words.begin() + 1, run.string());
     const Outcome outcome{run_tool(words)};
     EXPECT_EQ(outcome.exit_code, 65);
@@ -166,8 +166,8 @@ TEST(Sparse, WhatNeedsAnotherLayerSaysSo) {
     return HasSubstr("was written without the layer " + layer +
                      ", which is needed here; it has occupancy, age_s, velo");
   };
-  EXPECT_THAT(complaint({"evaluate"}), expected("observed"));
-  EXPECT_THAT(complaint({"export", "--nav2-map", (folder / "map").string()}), expected("world_occupancy"));
+  EXPECT_THAT(error_text({"evaluate"}), expected("observed"));
+  EXPECT_THAT(error_text({"export", "--nav2-map", (folder / "map").string()}), expected("world_occupancy"));
   run_well({"export", run.string(), "--laserscan", (folder / "scan.csv").string()});
   const fs::path small{folder / "small"};
   run_well(street(small, {"--frames", ":1", "--compact"}));

@@ -125,7 +125,7 @@ TEST(Chain, KeepsAnEmptyRoadFree) {
   EXPECT_GT(inner.free, 0.98 * inner.seen);
 }
 
-TEST(Chain, KnowsNothingBehindAWall) {
+TEST(Chain, IsUnknownBehindAWall) {
   Drive run{"wall"};
   for (std::size_t i{0}; i < 3; ++i) {
     const FrameResult& result{run.step(i)};

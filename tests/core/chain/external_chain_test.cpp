@@ -68,7 +68,7 @@ TEST(GivenChain, ExactDisparitiesAreAtLeastAsGoodAsMatchedOnes) {
   }
 }
 
-TEST(GivenChain, RoadAndObstaclesAreToldApart) {
+TEST(GivenChain, RoadAndObstaclesAreDistinguished) {
   for (const char* text : {"street?frames=3", "street?frames=3&pitch_deg=3"}) {
     const Scene scene{scenes::parse_scene(text), 2};
     Pipeline pipeline{preset("default"), scene.rig(), {.threads = 2}};

@@ -61,10 +61,10 @@ TEST(ExtrinsicsChain, IsFoundInOneFrameAndKept) {
   for (std::size_t frame{0}; frame < 6; ++frame) {
     const FrameResult& result{drive.step(frame)};
     EXPECT_TRUE(result.status.empty()) << frame;
-    const bool is_said{std::ranges::any_of(result.warnings, [](const Warning& warning) {
+    const bool is_reported{std::ranges::any_of(result.warnings, [](const Warning& warning) {
       return warning.text.find("mount: {camera_height_m: ") != std::string::npos;
     })};
-    EXPECT_EQ(is_said, frame == 0);
+    EXPECT_EQ(is_reported, frame == 0);
     EXPECT_NEAR(drive.pipeline.next_rig().camera_height_m, 1.0, 0.02);
     EXPECT_NEAR(drive.pipeline.next_rig().camera_pitch_rad / degree, 8, 0.2);
     EXPECT_NEAR(drive.pipeline.next_rig().camera_roll_rad / degree, 0, 0.3);
@@ -152,10 +152,10 @@ TEST(ExtrinsicsChain, ABonnetIsNoGround) {
     StereoFrame frame{drive.scene.load(index)};
     bonnet.paint(frame);
     const FrameResult& result{drive.pipeline.process(frame)};
-    const auto is_said = [](const Warning& warning) {
+    const auto is_reported = [](const Warning& warning) {
       return warning.text.find("vehicle itself") != std::string::npos;
     };
-    warnings += static_cast<std::size_t>(std::ranges::count_if(result.warnings, is_said));
+    warnings += static_cast<std::size_t>(std::ranges::count_if(result.warnings, is_reported));
     if (index < 6) continue;
     EXPECT_FALSE(is_unknown(result)) << index;
     EXPECT_NEAR(drive.pipeline.next_rig().camera_height_m, 1.25, 0.1) << index;

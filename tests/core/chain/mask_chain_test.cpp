@@ -190,7 +190,7 @@ TEST(MaskChain, HoldsWhenAnotherMountingIsFound) {
 
 TEST(MaskChain, AMaskThatDoesNotFitIsRefused) {
   const Rig rig{Scene{scenes::parse_scene(street), 1}.rig()};
-  const auto complaint = [&](Mask mask) {
+  const auto error_text = [&](Mask mask) {
     try {
       pipeline_of(rig, std::move(mask));
     } catch (const ConfigError& error) {
@@ -198,10 +198,10 @@ TEST(MaskChain, AMaskThatDoesNotFitIsRefused) {
     }
     return std::string{};
   };
-  EXPECT_NE(complaint(Mask{160, 320, 1}).find("size"), std::string::npos);
-  EXPECT_NE(complaint(Mask{320, 160, 0}).find("leaves no pixel"), std::string::npos);
-  EXPECT_EQ(complaint(Mask{320, 160, 1}), "");
-  EXPECT_EQ(complaint(Mask{}), "");
+  EXPECT_NE(error_text(Mask{160, 320, 1}).find("size"), std::string::npos);
+  EXPECT_NE(error_text(Mask{320, 160, 0}).find("leaves no pixel"), std::string::npos);
+  EXPECT_EQ(error_text(Mask{320, 160, 1}), "");
+  EXPECT_EQ(error_text(Mask{}), "");
 }
 
 TEST(MaskChain, AStateOfAnotherMaskIsRefused) {

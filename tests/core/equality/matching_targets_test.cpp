@@ -16,7 +16,7 @@ MatchingConfig semi_global(MatchingConfig config) {
   return config;
 }
 
-TEST(MatchingTargets, TakesWhatItIsTold) {
+TEST(MatchingTargets, UsesTheSelectedTarget) {
   const auto targets = vector_targets();
   ASSERT_FALSE(targets.empty());
   EXPECT_EQ(simd_target(), name_of_target(targets.front())) << "the best is taken";

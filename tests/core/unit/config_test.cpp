@@ -202,7 +202,7 @@ TEST(Config, ParametersOfThePaperAreFoundUnderTheirFormerGroup) {
   EXPECT_THROW(set(config, "u_disparity.tau", "0.3"), ConfigError);
 }
 
-TEST(Config, AllProblemsAreToldAtOnce) {
+TEST(Config, AllProblemsAreReportedAtOnce) {
   Config config;
   config.grid.length_m = -1;
   config.matching.window_px = 12;

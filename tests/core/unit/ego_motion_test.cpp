@@ -47,7 +47,7 @@ TEST(EgoMotion, WorldBeginsAtTheFirstFrame) {
   }
 }
 
-TEST(EgoMotion, WorldBeginsWhereItIsTold) {
+TEST(EgoMotion, WorldBeginsWhereItIsSet) {
   Drive drive;
   drive.ego_motion.start_at({7, 8, 1});
   expect_near(drive.begin().world_from_vehicle, {7, 8, 1});
@@ -187,7 +187,7 @@ TEST(EgoMotion, WithoutAnyPoseTheVehicleStands) {
   expect_near(ego_motion.place(Pose2{3, 4, 1}, dt_s).world_from_vehicle, {});
 }
 
-TEST(EgoMotion, SaysToProgramsWhatItTellsPeople) {
+TEST(EgoMotion, ReportsTheSameAsStatusAndText) {
   Drive drive;
   EXPECT_FALSE(drive.begin().status);
   EXPECT_FALSE(drive.step().status);
@@ -206,7 +206,7 @@ TEST(EgoMotion, WhereThereNeverWasAPoseNoneIsMissing) {
 }
 
 // A clock that stutters: noise of a pose within a nanosecond is not extrapolated as motion.
-TEST(EgoMotion, NextToNoTimeTellsNoMotion) {
+TEST(EgoMotion, NextToNoTimeGivesNoMotion) {
   for (const bool notices : {true, false}) {
     MotionConfig config;
     config.detect_jumps = notices;
@@ -244,7 +244,7 @@ TEST(EgoMotion, AfterARestartWithoutAPoseTheVehicleStands) {
   expect_near(drive.ego_motion.place(std::nullopt, dt_s).world_from_vehicle, last);
 }
 
-TEST(EgoMotion, AfterARestartItCanBeToldWhereTheVehicleIs) {
+TEST(EgoMotion, AfterARestartItCanBeSetWhereTheVehicleIs) {
   Drive drive;
   static_cast<void>(drive.begin());
   static_cast<void>(drive.step());

@@ -44,7 +44,7 @@ class CudaLoading : public testing::Test {
   static void use_library(const std::string& file) { setenv("STEREOGRID_CUDA_LIBRARY", file.c_str(), 1); }
   static void lack(const std::string& what) { setenv("STEREOGRID_EMULATOR_LACKS", what.c_str(), 1); }
 
-  static std::string complaint() {
+  static std::string error_text() {
     try {
       const Pipeline pipeline{small_config(), small_rig(), {.back_end = BackEnd::cuda}};
     } catch (const DeviceError& error) {
@@ -180,55 +180,55 @@ TEST_F(CudaLoading, AutomaticFallsBackToTheCpuAndSaysWhy) {
 
 TEST_F(CudaLoading, NoLibrary) {
   use_library("");
-  EXPECT_THAT(complaint(), HasSubstr("libstereogrid_cuda.so was not found"));
+  EXPECT_THAT(error_text(), HasSubstr("libstereogrid_cuda.so was not found"));
 }
 
 TEST_F(CudaLoading, LibraryThatIsNotThere) {
   use_library("no/such/library.so");
-  EXPECT_THAT(complaint(), HasSubstr("no/such/library.so could not be loaded"));
+  EXPECT_THAT(error_text(), HasSubstr("no/such/library.so could not be loaded"));
 }
 
 TEST_F(CudaLoading, LibraryOfAnotherVersion) {
   use_library(OTHER_SOURCES);
   const std::string mine{build_id()};
-  EXPECT_THAT(complaint(),
+  EXPECT_THAT(error_text(),
               AllOf(HasSubstr(OTHER_SOURCES), HasSubstr("belongs to stereogrid 0.0.1+0123; this is " + mine)));
   EXPECT_THAT(mine, MatchesRegex("[0-9.]+\\+[0-9a-f]{16}"));
 }
 
 TEST_F(CudaLoading, LibraryOfTheSameSourcesBuiltOtherwise) {
   use_library(OTHER_SIZES);
-  EXPECT_THAT(complaint(), AllOf(HasSubstr(OTHER_SIZES), HasSubstr("structures have other sizes")));
+  EXPECT_THAT(error_text(), AllOf(HasSubstr(OTHER_SIZES), HasSubstr("structures have other sizes")));
 }
 
 TEST_F(CudaLoading, LibraryWithoutItsFunction) {
   use_library(OTHER_FUNCTION);
-  EXPECT_THAT(complaint(), HasSubstr("has no function stereogrid_cuda_library_4"));
+  EXPECT_THAT(error_text(), HasSubstr("has no function stereogrid_cuda_library_4"));
 }
 
 TEST_F(CudaLoading, NoDevice) {
   use_library(EMULATED_LIBRARY);
   lack("device");
-  EXPECT_THAT(complaint(), HasSubstr("No NVIDIA GPU was found"));
+  EXPECT_THAT(error_text(), HasSubstr("No NVIDIA GPU was found"));
 }
 
 TEST_F(CudaLoading, DriverThatIsTooOld) {
   use_library(EMULATED_LIBRARY);
   lack("driver");
-  EXPECT_THAT(complaint(), HasSubstr("driver is too old: it serves CUDA 10.0"));
+  EXPECT_THAT(error_text(), HasSubstr("driver is too old: it serves CUDA 10.0"));
 }
 
 TEST_F(CudaLoading, NoCodeForTheDevice) {
   use_library(EMULATED_LIBRARY);
   lack("kernels");
-  EXPECT_THAT(complaint(), AllOf(HasSubstr("no code for the GPU, whose compute capability is"),
-                                 HasSubstr("CMAKE_CUDA_ARCHITECTURES")));
+  EXPECT_THAT(error_text(), AllOf(HasSubstr("no code for the GPU, whose compute capability is"),
+                                  HasSubstr("CMAKE_CUDA_ARCHITECTURES")));
 }
 
 TEST_F(CudaLoading, TooLittleMemory) {
   use_library(EMULATED_LIBRARY);
   lack("memory");
-  EXPECT_THAT(complaint(), HasSubstr("The GPU's memory is too small"));
+  EXPECT_THAT(error_text(), HasSubstr("The GPU's memory is too small"));
 }
 
 }  // namespace

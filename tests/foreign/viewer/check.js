@@ -19,10 +19,10 @@ function serve(program, ...words) {
   const child = spawn(program, words, { stdio: ["pipe", "pipe", "inherit"] });
   started.push(child);
   return new Promise((resolve, reject) => {
-    let told = "";
+    let output = "";
     child.stdout.on("data", (text) => {
-      told += text;
-      const address = /http:\S+/.exec(told);
+      output += text;
+      const address = /http:\S+/.exec(output);
       if (address) resolve({ address: address[0], child });
     });
     child.on("exit", (code) => reject(new Error(`${program} ended with ${code}`)));
@@ -221,14 +221,14 @@ function checkRefusals(address) {
   const refusals = [
     [[`${folder}/empty`], 65, /no recording.*run INPUT --out DIR --mcap/],
     [[`${folder}/none.mcap`], 65, /none\.mcap/],
-    [[recording, "--listen", "nowhere"], 64, /'nowhere' is no place to listen.*ADDRESS:PORT/],
-    [[recording, "--listen", "::1:8765"], 64, /no place to listen/],
+    [[recording, "--listen", "nowhere"], 64, /'nowhere' is not a place to listen.*ADDRESS:PORT/],
+    [[recording, "--listen", "::1:8765"], 64, /not a place to listen/],
     [[recording, "--listen", taken], 75, /--listen :0/],
   ];
-  for (const [words, code, complaint] of refusals) {
+  for (const [words, code, error_text] of refusals) {
     const { status, stderr } = spawnSync(stereogrid, ["view", ...words], { encoding: "utf8", timeout: 20000 });
     assert.strictEqual(status, code, stderr);
-    assert.match(stderr, complaint);
+    assert.match(stderr, error_text);
   }
 }
 

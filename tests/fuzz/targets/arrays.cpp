@@ -69,7 +69,7 @@ void image(Bytes input) {
   require(!grey.empty(), "an image without pixels");
   const int bits{io::sample_bits(path)};
   require(bits >= 8 && bits <= 16, "samples of no 8 to 16 bits");
-  require(io::read_grey(path, bits) == grey, "an image that differs when its bits are told");
+  require(io::read_grey(path, bits) == grey, "an image that differs when its bits are notified");
   accepts([&] {
     const Image<std::uint16_t> wide{io::read_u16(path)};
     require(wide.width() == grey.width() && wide.height() == grey.height(), "an image has two sizes");

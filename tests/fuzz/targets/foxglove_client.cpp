@@ -36,8 +36,8 @@ HubOptions some_options() {
                                {"is", std::vector<std::int64_t>{1}},
                                {"ds", std::vector<double>{1}},
                                {"ss", std::vector<std::string>{"x"}}};
-  options.parameters.set = [](const Parameter& wish) {
-    return wish.name == "s" ? std::optional<std::string>{"not this one"} : std::nullopt;
+  options.parameters.set = [](const Parameter& requested) {
+    return requested.name == "s" ? std::optional<std::string>{"not this one"} : std::nullopt;
   };
   options.limits.control_bytes = std::size_t{1} << 16;
   return options;
@@ -69,8 +69,9 @@ struct Room {
 
   void publish(std::uint64_t stamp_ns) {
     for (const ChannelId id : {1U, 2U}) {
-      const bool told{inbox.put(std::make_shared<const Message>(Message{id, stamp_ns, std::vector<std::byte>(20)}))};
-      require(told == (id == 1), "the inbox was not emptied");
+      const bool notified{
+          inbox.put(std::make_shared<const Message>(Message{id, stamp_ns, std::vector<std::byte>(20)}))};
+      require(notified == (id == 1), "the inbox was not emptied");
     }
     hub.publish_all();
     hub.publish_time(stamp_ns);

@@ -233,7 +233,7 @@ void check_obstacle(const Obstacle& o) {
                                     o.velocity_covariance.xy,
                                     o.velocity_covariance.yy};
   require_all(numbers, "an obstacle", "finite", [](double x) { return std::isfinite(x); });
-  require(o.occupancy >= 0 && o.occupancy <= 1, "an obstacle's occupancy is no probability");
+  require(o.occupancy >= 0 && o.occupancy <= 1, "an obstacle's occupancy is not a probability");
   require(o.length_m >= 0 && o.width_m >= 0 && o.age_s >= 0 && o.unseen_s >= 0, "an obstacle has a negative size");
 }
 
@@ -263,8 +263,8 @@ void check_result(const FrameResult& result) {
   check_ground(result.ground);
   const Pose2& pose{result.world_from_vehicle};
   require(std::isfinite(pose.x_m) && std::isfinite(pose.y_m) && std::isfinite(pose.yaw_rad), "a pose is not finite");
-  require(result.obstacle_density >= 0 && result.obstacle_density <= 1, "a density is no share");
-  require(result.road_density >= 0 && result.road_density <= 1, "a density is no share");
+  require(result.obstacle_density >= 0 && result.obstacle_density <= 1, "a density is not a share");
+  require(result.road_density >= 0 && result.road_density <= 1, "a density is not a share");
   check_probabilities(result.observed, "observed");
   check_layers(result.vehicle, "vehicle");
   check_layers(result.world, "world");

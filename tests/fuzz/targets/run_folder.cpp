@@ -42,7 +42,7 @@ void object_labels(Bytes input) {
     for (const io::LabelledFrame& frame : io::read_object_labels(file)) {
       for (const LabelledObject& object : frame.objects) {
         require(object.length_m >= 0 && object.width_m >= 0 && std::isfinite(object.x_m + object.y_m),
-                "a label that is no box");
+                "a label that is not a box");
       }
     }
   });

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-// What is wrong with the calibrations of other tools: each complaint names the file, what is wrong, and what would mend
-// it.
+// What is wrong with the calibrations of other tools: each error_text names the file, what is wrong, and what would
+// mend it.
 #include "calibration/calibration_writers.hpp"
 #include "stereogrid/io/calibration.hpp"
 #include "support.hpp"
@@ -83,32 +83,33 @@ TEST_F(ForeignCalibration, KeysThatAreMissing) {
 
 TEST_F(ForeignCalibration, NumbersThatAreNone) {
   for (const char* const number : {".nan", ".inf", "1e300", "abc", "{}"}) {
-    const std::string what{"is no number"};
+    const std::string what{"is not a number"};
     ros_refused("left.yaml", "data: [256", std::string{"data: ["} + number, {"camera_matrix.data", what});
-    ros_refused("right.yaml", "image_width: 321", std::string{"image_width: "} + number, {"image_width", "no "});
+    ros_refused("right.yaml", "image_width: 321", std::string{"image_width: "} + number, {"image_width", "not a "});
     kalibr_refused("intrinsics: [250", std::string{"intrinsics: ["} + number, {"intrinsics"});
     opencv_refused("intrinsics.yml", "data: [ 256.", std::string{"data: [ "} + number, {"M1.data"});
   }
-  ros_refused("left.yaml", "image_width: 321", "image_width: 0", {"no size in pixels"});
-  ros_refused("left.yaml", "image_width: 321", "image_width: 320.5", {"no size in pixels"});
+  ros_refused("left.yaml", "image_width: 321", "image_width: 0", {"not a size in pixels"});
+  ros_refused("left.yaml", "image_width: 321", "image_width: 320.5", {"not a size in pixels"});
   kalibr_refused("[321, 239]", "[321, 0]", {"'resolution' that is none"});
   kalibr_refused("[321, 239]", "[321]", {"1 numbers, not 2"});
   ros_refused("left.yaml", "rows: 3", "rows: 2", {"'camera_matrix' has 9 numbers, but 2 rows of 3"});
   ros_refused("left.yaml", "camera_matrix:\n  rows: 3\n  cols: 3", "camera_matrix:\n  rows: 9\n  cols: 1",
               {"matrix of 9 rows of 1, not of 3 of 3"});
-  ros_refused("left.yaml", "camera_matrix:\n", "camera_matrix: 3\nother:\n", {"'camera_matrix' is no group of keys"});
+  ros_refused("left.yaml", "camera_matrix:\n", "camera_matrix: 3\nother:\n",
+              {"'camera_matrix' is not a group of keys"});
   opencv_refused("extrinsics.yml", "T: !!opencv-matrix\n   rows: 3", "T: !!opencv-matrix\n   rows: 2", {"'T'"});
-  refused(opencv_, "extrinsics.yml", "intrinsics.yml", "%YAML:1.0\n---\nM1: [\n", {"no YAML"});
+  refused(opencv_, "extrinsics.yml", "intrinsics.yml", "%YAML:1.0\n---\nM1: [\n", {"not YAML"});
 }
 
 TEST_F(ForeignCalibration, RosCamerasThatAreNotCalibrated) {
   ros_refused("right.yaml", "data: [256", "data: [0", {"not calibrated", "'camera_matrix' is 0", "cameracalibrator"});
   ros_refused("right.yaml", "projection_matrix:\n  rows: 3\n  cols: 4\n  data: [256",
               "projection_matrix:\n  rows: 3\n  cols: 4\n  data: [0", {"not calibrated", "'projection_matrix' is 0"});
-  ros_refused("left.yaml", "data: [256, 0", "data: [256, 3", {"'camera_matrix' is no camera matrix", "fx 0 cx"});
+  ros_refused("left.yaml", "data: [256, 0", "data: [256, 3", {"'camera_matrix' is not a camera matrix", "fx 0 cx"});
   ros_refused("left.yaml", "256, 120, 0, 0, 0, 1, 0]", "256, 120, 0, 0, 0, 2, 0]", {"none of a rectified pair"});
   ros_refused("left.yaml", "rectification_matrix:\n  rows: 3\n  cols: 3\n  data: [1",
-              "rectification_matrix:\n  rows: 3\n  cols: 3\n  data: [2", {"'rectification_matrix'", "no rotation"});
+              "rectification_matrix:\n  rows: 3\n  cols: 3\n  data: [2", {"'rectification_matrix'", "not a rotation"});
 }
 
 TEST_F(ForeignCalibration, RosPairsThatAreNone) {
@@ -158,7 +159,8 @@ TEST_F(ForeignCalibration, OpenCvPairsThatAreNone) {
   opencv_refused("extrinsics.yml", "-2.5000000000000000e-01", "-2.5e-4", {"0.00025 m apart", "baseline_m"});
   opencv_refused("extrinsics.yml", "-2.5000000000000000e-01, 0.", "-0.1, 0.3", {"side by side"});
   opencv_refused("extrinsics.yml", "R: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [ 1.",
-                 "R: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [ 3.", {"'R'", "no rotation matrix"});
+                 "R: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [ 3.",
+                 {"'R'", "not a rotation matrix"});
   opencv_refused("intrinsics.yml", "data: [ 256.", "data: [ -256.", {"not positive"});
   const Files raw{opencv_files(raw_pair({-0.2, 0.05, 0, 0}, {-0.2, 0.05, 0, 0}))};
   put_files(folder_.path(), raw);
@@ -215,7 +217,7 @@ TEST_F(ForeignCalibration, NamedByAnotherWithoutSense) {
   named("from: own.yaml\n", {"own.yaml", "another one names"});
   named("from: none.yaml\n", {"none.yaml", "no such file"});
   named("from: []\n", {"neither one file nor two"});
-  named("from: {a: b}\n", {"no file's name"});
+  named("from: {a: b}\n", {"not a file's name"});
   named("from: left.yaml\nfocal_px: 3\n", {"unknown key 'focal_px'"});
   named("from: left.yaml\nimages: bent\n", {"neither raw nor rectified"});
   named("from: left.yaml\nbaseline_m: -1\n", {"not positive"});

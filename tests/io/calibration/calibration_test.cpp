@@ -68,7 +68,7 @@ TEST_F(CalibrationFile, TheMaskStandsBesideIt) {
   EXPECT_EQ(read("c.yaml", rectified("0.22", "mask: /a/bonnet.png\n")).mask, "/a/bonnet.png");
   EXPECT_EQ(read("c.yaml", rectified()).mask, "");
   for (const char* mask : {"mask:\n", "mask: ''\n", "mask: [1]\n", "mask: \"a\\0b\"\n"}) {
-    expect_refused("c.yaml", rectified("0.22", mask), {"'mask' in line", "is no file's name"});
+    expect_refused("c.yaml", rectified("0.22", mask), {"'mask' in line", "is not a file's name"});
   }
 }
 
@@ -116,7 +116,7 @@ TEST_F(CalibrationFile, KittiRawOfOtherImages) {
                {"1242×375", "1392×512", "synced"});
 }
 
-TEST_F(CalibrationFile, ComplainsOfTheBaseline) {
+TEST_F(CalibrationFile, RejectsTheBaseline) {
   expect_refused("c.yaml", rectified("0"), {"baseline is zero"});
   expect_refused("c.yaml", rectified("-0.22"), {"negative", "swapped"});
   expect_refused("c.yaml", rectified("220"), {"millimetres", "divide by 1000"});
@@ -133,27 +133,27 @@ TEST_F(CalibrationFile, MountingMayBeUnknown) {
   EXPECT_FALSE(read("calib.txt", odometry, 1226, 370).has_extrinsics);
 }
 
-TEST_F(CalibrationFile, ComplainsOfMissingKeys) {
+TEST_F(CalibrationFile, RejectsMissingKeys) {
   expect_refused("c.yaml", "focal_px: 410\n", {"no 'cx_px'", "docs/input.md"});
   expect_refused("c.yaml", rectified("0.2", "", "{camera_pitch_rad: 0}"), {"no 'mount.camera_height_m'"});
   expect_refused("calib.txt", "P0: 700 0 600 0 0 700 180 0 0 0 1 0\n", {"'P1:"});
   expect_refused("calib.txt", "P0: 700 0 600 0\nP1: 1 2 3\n", {"not 12"});
-  expect_refused("calib.txt", "hello\n", {"no calibration that is known"});
+  expect_refused("calib.txt", "hello\n", {"not a calibration that is known"});
   expect_refused("calib_cam_to_cam.txt", "P_rect_00: 721.5 0 609.5 0 0 721.5 172.8 0 0 0 1 0\n", {"P_rect_01"});
 }
 
-TEST_F(CalibrationFile, ComplainsOfTypingErrors) {
+TEST_F(CalibrationFile, RejectsTypingErrors) {
   expect_refused("c.yaml", rectified("0.22", "basline_m: 3\n"), {"unknown key 'basline_m'", "line 7"});
-  expect_refused("c.yaml", rectified("0.22 m"), {"'baseline_m' in line 5", "no number"});
-  expect_refused("c.yaml", rectified(".nan"), {"no number"});
-  expect_refused("c.yaml", "focal_px: [1\n", {"no YAML"});
-  expect_refused("c.yaml", "just text\n", {"no YAML mapping"});
-  expect_refused("c.yaml", rectified("0.22", "", "5"), {"'mount' is no group"});
+  expect_refused("c.yaml", rectified("0.22 m"), {"'baseline_m' in line 5", "not a number"});
+  expect_refused("c.yaml", rectified(".nan"), {"not a number"});
+  expect_refused("c.yaml", "focal_px: [1\n", {"not YAML"});
+  expect_refused("c.yaml", "just text\n", {"not a YAML mapping"});
+  expect_refused("c.yaml", rectified("0.22", "", "5"), {"'mount' is not a group"});
   expect_refused("calib.txt", "P0: nan 0 600 0 0 700 180 0 0 0 1 0\nP1: 700 0 600 -9 0 700 180 0 0 0 1 0\n",
                  {"not finite"});
 }
 
-TEST_F(CalibrationFile, ComplainsOfTheOptics) {
+TEST_F(CalibrationFile, RejectsTheOptics) {
   const auto p{[](const std::string& f, const std::string& g, const std::string& u) {
     const std::string head{f + " 0 " + u + " "};
     const std::string tail{" 0 " + g + " 160 0 0 0 1 0\n"};
@@ -168,7 +168,7 @@ TEST_F(CalibrationFile, ComplainsOfTheOptics) {
   expect_refused("c.yaml", "image: {width_px: 640, height_px: 320}\n" + rectified().substr(39), {"640×320", "512×320"});
 }
 
-TEST_F(CalibrationFile, ComplainsOfTheMount) {
+TEST_F(CalibrationFile, RejectsTheMount) {
   expect_refused("c.yaml", rectified("0.2", "", "{camera_height_m: 0}"), {"camera height is 0"});
   expect_refused("c.yaml", rectified("0.2", "", "{camera_height_m: -1.2}"), {"camera height is -1.2"});
   expect_refused("c.yaml", rectified("0.2", "", "{camera_height_m: 1, camera_pitch_rad: 3.0}"), {"pitch", "degrees"});

@@ -130,9 +130,9 @@ TEST_F(ImageSize, OfACameraInfoIsScaled) {
 TEST_F(ImageSize, OfNoExactRatioIsRefused) {
   const std::string kitti{own_form(609.5, 172.8, "{width_px: 1242, height_px: 375}")};
   for (const Size images : {Size{1226, 370}, {1241, 376}, {621, 180}, {1242, 374}, {1392, 512}}) {
-    expect_error(
-        [&] { static_cast<void>(read("c.yaml", kitti, images)); },
-        {"1242×375", fmt::format("{}×{}", images.width_px, images.height_px), "no exact multiple", "principal point"});
+    expect_error([&] { static_cast<void>(read("c.yaml", kitti, images)); },
+                 {"1242×375", fmt::format("{}×{}", images.width_px, images.height_px), "not an exact multiple",
+                  "principal point"});
   }
 }
 
@@ -158,7 +158,7 @@ TEST_F(ImageSize, ThatMayBeAnotherIsWarnedOf) {
   }
 }
 
-TEST_F(ImageSize, OfCroppedImagesIsComplainedOf) {
+TEST_F(ImageSize, OfCroppedImagesIsReported) {
   for (const Size images : {Size{164, 160}, {205, 160}, {230, 160}, {256, 103}, {256, 144}}) {
     for_each_form([&](const std::string& name, const std::string& text) {
       EXPECT_THAT(read(name, text, images).warnings, ElementsAre(AllOf(HasSubstr("cropped"), HasSubstr("'image: {"))))
@@ -194,7 +194,7 @@ TEST_F(ImageSize, ThatIsStatedCounts) {
 }
 
 // Centres of rectified and raw cameras as real data sets have them.
-TEST_F(ImageSize, OfRealCamerasIsNotDoubted) {
+TEST_F(ImageSize, OfRealCamerasIsAccepted) {
   struct Camera {
     double cx;
     double cy;

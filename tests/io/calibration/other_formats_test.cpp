@@ -149,7 +149,7 @@ TEST_F(OtherFormats, OpenCvRefusals) {
   refused("a.json", R"({"K1": [[150,0,127],[0,150,79],[0,0,1]], "K2": [[150,0,127],[0,150,79],[0,0,1]],
                         "R": [1,0,0,0,1,0,0,0,1], "T": [-0.25,0,0]})",
           {"a.json", "has no 'D1'"});
-  refused("a.json", "{}", {"a.json", "no calibration that is known"});
+  refused("a.json", "{}", {"a.json", "not a calibration that is known"});
   refused("a.xml", "<opencv_storage><K1><rows>3</rows>", {"a.xml", "XML", "missing"});
   refused("a.xml", "<opencv_storage><K1></K2></opencv_storage>", {"a.xml", "'K1' has no end"});
   std::string deep;

@@ -227,8 +227,8 @@ TEST_F(RawPairOnDisk, Findings) {
   refused("[-0.2998, 0.006, -0.009]", "[-299.8, 6, -9]", {"millimetres"});
   refused("[-0.2998, 0.006, -0.009]", "[-0.3]", {"not 3 numbers"});
   refused("[0.01, -0.02, 0.015]", "[0.01, -0.02]", {"rotation of 2 numbers"});
-  refused("[0.01, -0.02, 0.015]", "[1, 0, 0, 0, 1, 0, 0, 0, -1]", {"no rotation matrix"});
-  refused("[0.01, -0.02, 0.015]", "[1, 0.5, 0, 0, 1, 0, 0, 0, 1]", {"no rotation matrix"});
+  refused("[0.01, -0.02, 0.015]", "[1, 0, 0, 0, 1, 0, 0, 0, -1]", {"not a rotation matrix"});
+  refused("[0.01, -0.02, 0.015]", "[1, 0.5, 0, 0, 1, 0, 0, 0, 1]", {"not a rotation matrix"});
   refused("focal_u_px: 507", "focal_u_px: 0", {"focal length", "not positive"});
   refused("focal_u_px: 507", "focal_u_px: 5070", {"differ by more than a fifth"});
   refused("distortion: [-0.18, 0.04, 0, 0.0008]", "distortion: [-0.18]", {"1 distortion numbers"});

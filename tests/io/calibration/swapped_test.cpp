@@ -13,9 +13,9 @@ TEST(Swapped, IsSeenOnTexturedPairs) {
     StereoFrame frame{textured_pair(641, 239, disparity_px)};
     EXPECT_FALSE(finding_if_swapped(frame)) << disparity_px;
     std::swap(frame.left, frame.right);
-    const auto complaint{finding_if_swapped(frame)};
-    ASSERT_TRUE(complaint) << disparity_px;
-    EXPECT_THAT(*complaint, ::testing::HasSubstr("swapped"));
+    const auto error_text{finding_if_swapped(frame)};
+    ASSERT_TRUE(error_text) << disparity_px;
+    EXPECT_THAT(*error_text, ::testing::HasSubstr("swapped"));
   }
 }
 

@@ -65,16 +65,16 @@ TEST_F(ConfigFile, JsonHasTheRightTypes) {
   EXPECT_THAT(to_json(Config{}, 2), ::testing::HasSubstr("\n"));
 }
 
-TEST_F(ConfigFile, ComplaintsNameFileAndLine) {
+TEST_F(ConfigFile, ErrorsNameFileAndLine) {
   const auto refused{[&](const std::string& text, std::initializer_list<std::string_view> parts) {
     expect_error<ConfigError>([&] { static_cast<void>(load(text)); }, parts);
   }};
   refused("grid:\n  lenght_m: 30\n", {"c.yaml", "line 2", "lenght_m"});
   refused("matching.disparities: many\n", {"c.yaml", "line 1", "many"});
   refused("grid: {length_m: [1, 2]}\n", {"line 1", "is a number, not '1,2'"});
-  refused("filter: {speeds_mps: [1, [2]]}\n", {"line 1", "filter.speeds_mps is no list of numbers"});
+  refused("filter: {speeds_mps: [1, [2]]}\n", {"line 1", "filter.speeds_mps is not a list of numbers"});
   refused("filter: {speeds_mps: [1, fast]}\n", {"line 1", "not 'fast'"});
-  refused("grid: {length_m: 1\n", {"c.yaml", "no YAML"});
+  refused("grid: {length_m: 1\n", {"c.yaml", "not YAML"});
   refused("just text\n", {"c.yaml", "no settings"});
   refused("a: 1\nb: 2\n", {"line 1"});
   Config config;

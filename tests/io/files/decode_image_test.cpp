@@ -136,7 +136,7 @@ TEST(DecodeImage, DamagedAndInterlacedPngs) {
 TEST(DecodeImage, FormatsThatNoCameraRecordsAreRefused) {
   const TemporaryFolder folder;
   cv::imwrite((folder / "a.ras").string(), noise(CV_8UC1));
-  expect_error([&] { static_cast<void>(read_grey(folder / "a.ras")); }, {"a.ras", "no image of a kind", "to PNG"});
+  expect_error([&] { static_cast<void>(read_grey(folder / "a.ras")); }, {"a.ras", "not an image of a kind", "to PNG"});
 }
 
 TEST(Deflate, InflatesToWhatWasCompressed) {

@@ -61,7 +61,7 @@ TEST(ReadFile, NoticesThatAFileWasCutOff) {
   refused(shorter, {"of its 4096 bytes", "cut off while it was read"}, 5000);
 }
 
-TEST(ReadFile, TellsWhatMayPassFromWhatDoesNot) {
+TEST(ReadFile, SeparatesTemporaryFromLastingErrors) {
   expect_error<DeviceError>([] { static_cast<void>(read_file("/proc/self/mem")); }, {"nput/output", "try again"});
 }
 
@@ -144,7 +144,7 @@ TEST(WriteFile, RefusesAFolder) {
   EXPECT_TRUE(fs::is_empty(folder / "a"));
 }
 
-TEST(CreateFolder, ComplainsOfACircleOfLinks) {
+TEST(CreateFolder, RejectsACircleOfLinks) {
   const TemporaryFolder folder;
   fs::create_symlink("circle", folder / "circle");
   expect_error<DeviceError>([&] { create_folder(folder / "circle"); }, {"circle", "cannot be made"});

@@ -178,7 +178,7 @@ TEST(ImageFile, NoImages) {
   const TemporaryFolder folder;
   put(folder / "text.png", "hello");
   put(folder / "empty.png", "");
-  expect_error([&] { static_cast<void>(read_grey(folder / "text.png")); }, {"text.png", "no image", "PNG"});
+  expect_error([&] { static_cast<void>(read_grey(folder / "text.png")); }, {"text.png", "not an image", "PNG"});
   expect_error([&] { static_cast<void>(read_grey(folder / "empty.png")); }, {"empty.png", "empty"});
   expect_error([&] { static_cast<void>(read_grey(folder / "none.png")); }, {"none.png", "no such file"});
   expect_error([&] { static_cast<void>(read_grey(folder.path())); }, {"folder"});

@@ -179,7 +179,7 @@ TEST_F(PlainFolder, WithoutTruth) {
   EXPECT_FALSE(open_recording({{folder_ / "out"}, {}, ""})->has_truth());
 }
 
-TEST_F(PlainFolder, TruthComplaints) {
+TEST_F(PlainFolder, TruthErrors) {
   write(made_up_truth("a", 3));
   const fs::path truth{folder_ / "out" / "truth"};
   const auto refused{[&](std::initializer_list<std::string_view> parts) {
@@ -286,10 +286,10 @@ TEST_F(ObjectLabels, Findings) {
   const auto line = [](const std::string& object) { return R"({"name": "1", "objects": [{)" + object + "}]}\n"; };
   expect_refused("{\n", "line 1 is not understood");
   expect_refused(line(box), "id");
-  expect_refused(line(R"("id": -1, )" + box), "'id' is no whole number");
+  expect_refused(line(R"("id": -1, )" + box), "'id' is not a whole number");
   expect_refused(line(R"("id": 1, "occluded": 9, )" + box), "'occluded'");
-  expect_refused(line(R"("id": 1, "kind": "car", "x_m": 1e9)"), "'x_m' is no number of a size");
-  expect_refused(R"({"name": "1", "objects": {}})", "'objects' is no list");
+  expect_refused(line(R"("id": 1, "kind": "car", "x_m": 1e9)"), "'x_m' is not a number of a size");
+  expect_refused(R"({"name": "1", "objects": {}})", "'objects' is not a list");
   expect_refused(R"({"name": "1", "objects": []})"
                  "\n"
                  R"({"name": "1", "objects": []})",

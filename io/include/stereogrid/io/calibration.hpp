@@ -72,8 +72,8 @@ enum class KittiPair { grey, colour };
 [[nodiscard]] STEREOGRID_EXPORT double virtual_baseline_m(double focal_px, int width_px);
 
 /// Adapts a calibration to images of this size; 0: no effect. A calibration of another size is scaled where the ratio
-/// is exact, and `notes` says so; a size of 0 becomes that of the images. `name`: the calibration's, for complaints.
-/// Throws InputError: no exact ratio; without a size, a principal point far from the middle of the images.
+/// is exact, and `notes` says so; a size of 0 becomes that of the images. `name`: the calibration's, for error
+/// messages. Throws InputError: no exact ratio; without a size, a principal point far from the middle of the images.
 STEREOGRID_EXPORT void fit_to_images(Calibration& calibration, const std::string& name, int width_px, int height_px);
 
 /// Extrinsics of the rig as a line of calibration.yaml, to a millimetre and 0.0001 rad.

@@ -47,13 +47,13 @@ struct ScaledImage {
 /// Reads an image at its own scale: nothing saturates.
 [[nodiscard]] STEREOGRID_EXPORT ScaledImage read_scaled(const std::filesystem::path& path);
 
-/// The same of a file's bytes; `name`: for complaints.
+/// The same of a file's bytes; `name`: for error messages.
 [[nodiscard]] STEREOGRID_EXPORT ScaledImage decode_scaled(const std::string& name, const std::string& bytes);
 
 /// Reads a one-channel image without scaling; 8-bit values are widened. Throws InputError for colour.
 [[nodiscard]] STEREOGRID_EXPORT Image<std::uint16_t> read_u16(const std::filesystem::path& path);
 
-/// The same of a file's bytes; `name`: for complaints.
+/// The same of a file's bytes; `name`: for error messages.
 [[nodiscard]] STEREOGRID_EXPORT Image<std::uint16_t> decode_u16(const std::string& name, const std::string& bytes);
 
 /// Reads an image as 8-bit colour; grey becomes R = G = B, 16 bits lose their lower half.

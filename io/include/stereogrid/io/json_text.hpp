@@ -53,7 +53,7 @@ template <class Json>
                       : value.is_number_integer()};
   const std::int64_t number{fits ? value.template get<std::int64_t>() : 0};
   if (fits && number >= least && number <= most) return number;
-  throw InputError{std::string{"'"} + key + "' is no whole number from " + std::to_string(least) + " to " +
+  throw InputError{std::string{"'"} + key + "' is not a whole number from " + std::to_string(least) + " to " +
                    std::to_string(most)};
 }
 
@@ -62,7 +62,7 @@ template <class Json>
 [[nodiscard]] double number_of(const Json& value, const std::string& name, double most) {
   const double number{value.is_number() ? value.template get<double>() : NAN};
   if (std::abs(number) <= most) return number;
-  throw InputError{"'" + name + "' is no number of a size that makes sense"};
+  throw InputError{"'" + name + "' is out of range"};
 }
 
 /// The same for what an object holds under a key.

@@ -77,7 +77,7 @@ STEREOGRID_EXPORT void share_scale(ImagePair& pair, int usual_bits);
 [[nodiscard]] STEREOGRID_EXPORT Image<float> disparity_from_depth(const Image<float>& depth_m, const Rig& rig);
 
 /// Cuts an image of `bits` that shows both cameras; the left one is at the left or at the top. Throws InputError: a
-/// size that cannot be halved. `name`: for complaints.
+/// size that cannot be halved. `name`: for error messages.
 [[nodiscard]] STEREOGRID_EXPORT ImagePair split_pair(const Image<std::uint8_t>& image, int bits, ImageLayout layout,
                                                      const std::string& name);
 
@@ -97,7 +97,7 @@ class STEREOGRID_EXPORT ImageStore {
 /// Recording that is not a folder of images, as opened by a reader of its format.
 struct ForeignRecording {
   std::string kind;                     ///< as RecordingContents::kind
-  std::filesystem::path root;           ///< for complaints
+  std::filesystem::path root;           ///< for error messages
   std::vector<std::int64_t> stamps_ns;  ///< ascending stamps of the frames
   std::unique_ptr<ImageStore> images;
   int width_px{0};

@@ -54,7 +54,7 @@ Transform transform_of(const std::string& file, const cv::Matx44d& matrix) {
                      "Correct it: its transform is in metres."};
   }
   if (!is_rotation(matrix.get_minor<3, 3>(0, 0))) {
-    throw InputError{file, "has a transform of the lidar that is no rotation.", use_right_file};
+    throw InputError{file, "has a transform of the lidar that is not a rotation.", use_right_file};
   }
   Transform transform{};
   for (int i{0}; i < 12; ++i) transform[static_cast<std::size_t>(i)] = matrix(i / 4, i % 4);
@@ -116,7 +116,7 @@ Calibration read_kitti_calibration(const std::filesystem::path& path, KittiPair 
   const KittiText text{path};
   if (text.has("P_rect_00") || text.has("P_rect_02")) return read_raw_drive(path, text, pair);
   if (text.has("P0") || text.has("P2") || text.has("P1")) return read_odometry(path, text, pair);
-  throw InputError{printable_path(path), "is no calibration that is known.",
+  throw InputError{printable_path(path), "is not a calibration that is known.",
                    "docs/input.md has the formats that are read; KITTI's calib.txt has P0 and P1."};
 }
 

@@ -218,7 +218,7 @@ Calibration read_form(const std::vector<fs::path>& paths, const CalibrationReque
   if (notation == Notation::yaml && (path.extension() == ".yaml" || path.extension() == ".yml")) {
     return read_own_calibration(root, path, request);
   }
-  root.fail("is no calibration that is known: no keys of two cameras.", see_documentation);
+  root.fail("is not a calibration that is known: no keys of two cameras.", see_documentation);
 }
 
 }  // namespace stereogrid::io

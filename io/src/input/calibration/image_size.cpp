@@ -156,7 +156,7 @@ void scale_to(Calibration& calibration, const Origin& origin, const CalibrationR
   const std::string sizes{fmt::format("is for images of {}×{} px, but the images have {}×{}", from.width_px,
                                       from.height_px, request.width_px, request.height_px)};
   if (!is_exact_ratio(from, request.width_px, request.height_px)) {
-    origin.fail(sizes + ", which is no exact multiple or fraction of that.",
+    origin.fail(sizes + ", which is not an exact multiple or fraction of that.",
                 "Use the calibration of these images (for KITTI raw: of the synced and rectified drive). Where they "
                 "were cropped, correct the principal point and the size.");
   }

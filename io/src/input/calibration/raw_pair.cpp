@@ -47,7 +47,7 @@ void check_camera(const CameraModel& camera, const Origin& origin) {
 
 CameraModel camera_of(const std::vector<double>& k, const Origin& origin, const char* key) {
   if (k[1] != 0 || k[3] != 0 || k[6] != 0 || k[7] != 0 || k[8] != 1) {
-    origin.fail(fmt::format("'{}' is no camera matrix.", key), "It is fx 0 cx, 0 fy cy, 0 0 1, in pixels.");
+    origin.fail(fmt::format("'{}' is not a camera matrix.", key), "It is fx 0 cx, 0 fy cy, 0 0 1, in pixels.");
   }
   return {k[0], k[4], k[2], k[5], {}};
 }
@@ -64,7 +64,7 @@ cv::Matx33d rotation_of(const std::vector<double>& numbers, const Origin& origin
   }
   const double off{cv::norm(rotation * rotation.t() - cv::Matx33d::eye(), cv::NORM_INF)};
   if (off > 0.01 || cv::determinant(rotation) < 0) {
-    origin.fail(fmt::format("has in '{}' a rotation that is no rotation matrix.", key));
+    origin.fail(fmt::format("has in '{}' a rotation that is not a rotation matrix.", key));
   }
   return rotation;
 }

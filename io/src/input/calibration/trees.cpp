@@ -57,7 +57,7 @@ struct Assignment {
 
 Assignment assignment_of(const std::string& file, std::size_t number, std::string_view line) {
   const std::size_t equals{line.find('=')};
-  if (equals == std::string_view::npos) fail(file, number, "is no key=value.");
+  if (equals == std::string_view::npos) fail(file, number, "is not key=value.");
   return {trimmed(line.substr(0, equals)), trimmed(line.substr(equals + 1))};
 }
 
@@ -171,7 +171,7 @@ class XmlReader {
   };
 
   [[noreturn]] void fail(const std::string& what) const {
-    throw InputError{file_, "is no XML as OpenCV writes it: " + what + ".", see_documentation};
+    throw InputError{file_, "is not XML as OpenCV writes it: " + what + ".", see_documentation};
   }
 
   std::string_view take_until(std::string_view end) {

@@ -24,7 +24,7 @@ void Origin::fail(const std::string& what, const std::string& mend) const {
                    other_way_.empty() ? mend : mend + " " + other_way_};
 }
 
-void Origin::complain(const std::string& what) const {
+void Origin::reject(const std::string& what) const {
   throw InputError{file_, what, see_documentation};
 }
 
@@ -38,8 +38,8 @@ std::string place_of(const YAML::Node& node) {
   return node.Mark().is_null() ? "" : fmt::format(" in line {}", node.Mark().line + 1);
 }
 
-/// OpenCV's dialect as YAML: its first line is a comment, so that complaints count lines as the file does; no blank has
-/// to stand behind a key (data:[1, 2]).
+/// OpenCV's dialect as YAML: its first line is a comment, so that error messages count lines as the file does; no blank
+/// has to stand behind a key (data:[1, 2]).
 std::string from_opencv(std::string_view text) {
   constexpr std::string_view in_keys{" abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.-"};
   std::string result{"#"};
@@ -86,16 +86,16 @@ void take_former_names(YAML::Node& node) {
 YamlGroup::YamlGroup(std::string file, std::string name, YAML::Node node, Keys known)
     : Origin{std::move(file), std::move(name)}, node_{std::move(node)} {
   if (node_.IsMap()) take_former_names(node_);
-  if (!node_.IsMap()) complain(part().empty() ? "is no YAML mapping." : "'" + part() + "' is no group of keys.");
+  if (!node_.IsMap()) reject(part().empty() ? "is not a YAML mapping." : "'" + part() + "' is not a group of keys.");
   if (known.size() > 0) need_only(known);
 }
 
 void YamlGroup::need_only(Keys known) const {
   for (const auto& item : node_) {
-    if (!item.first.IsScalar()) complain("has a key" + place_of(item.first) + " that is no word.");
+    if (!item.first.IsScalar()) reject("has a key" + place_of(item.first) + " that is not a word.");
     const std::string& key{item.first.Scalar()};
     if (std::ranges::find(known, key) == known.end()) {
-      complain("has an unknown key '" + full(key) + "'" + place_of(item.first) + ".");
+      reject("has an unknown key '" + full(key) + "'" + place_of(item.first) + ".");
     }
   }
 }
@@ -118,10 +118,10 @@ std::vector<double> YamlGroup::numbers(const char* key) const {
   const YAML::Node value{required(key)};
   std::vector<double> numbers;
   if (value.IsScalar()) return {number_of(value, key)};
-  if (!value.IsSequence()) complain("'" + full(key) + "' is no list of numbers.");
+  if (!value.IsSequence()) reject("'" + full(key) + "' is not a list of numbers.");
   const auto take{[&](const YAML::Node& node) {
     if (numbers.size() == most_numbers)
-      complain("'" + full(key) + "' has more than " + std::to_string(most_numbers) + " numbers.");
+      reject("'" + full(key) + "' has more than " + std::to_string(most_numbers) + " numbers.");
     numbers.push_back(number_of(node, key));
   }};
   for (const auto& item : value) {
@@ -136,7 +136,7 @@ std::vector<double> YamlGroup::numbers(const char* key) const {
 
 std::vector<double> YamlGroup::numbers(const char* key, std::size_t count) const {
   std::vector<double> found{numbers(key)};
-  if (found.size() != count) complain(fmt::format("'{}' has {} numbers, not {}.", full(key), found.size(), count));
+  if (found.size() != count) reject(fmt::format("'{}' has {} numbers, not {}.", full(key), found.size(), count));
   return found;
 }
 
@@ -151,7 +151,7 @@ std::vector<std::string> YamlGroup::keys() const {
 std::vector<YamlGroup::Element> YamlGroup::groups(const char* key) const {
   constexpr std::size_t most{64};
   const YAML::Node value{required(key)};
-  if (!value.IsSequence() || value.size() > most) complain(fmt::format("'{}' is no list of groups.", full(key)));
+  if (!value.IsSequence() || value.size() > most) reject(fmt::format("'{}' is not a list of groups.", full(key)));
   std::vector<Element> found;
   for (const auto& item : value) {
     std::string name{std::to_string(found.size())};
@@ -170,7 +170,7 @@ YamlGroup::Matrix YamlGroup::any_matrix(const char* key) const {
   const YamlGroup matrix{group(key)};
   Matrix found{matrix.number("rows"), matrix.number("cols"), matrix.numbers("data")};
   if (found.rows * found.cols != static_cast<double>(found.data.size())) {
-    complain(
+    reject(
         fmt::format("'{}' has {} numbers, but {} rows of {}.", full(key), found.data.size(), found.rows, found.cols));
   }
   return found;
@@ -181,7 +181,7 @@ YamlGroup::Matrix YamlGroup::matrix_of_rows(const char* key) const {
   const YAML::Node value{required(key)};
   std::vector<double> data{numbers(key)};
   const std::size_t rows{value.size() > 0 && value[0].IsSequence() ? value.size() : 1};
-  if (data.size() % rows != 0) complain(fmt::format("'{}' has rows of different lengths.", full(key)));
+  if (data.size() % rows != 0) reject(fmt::format("'{}' has rows of different lengths.", full(key)));
   return {static_cast<double>(rows), static_cast<double>(data.size() / rows), std::move(data)};
 }
 
@@ -189,27 +189,27 @@ std::vector<double> YamlGroup::matrix(const char* key, int rows, int cols) const
   Matrix found{any_matrix(key)};
   const bool is_flat{found.rows == 1 && found.data.size() == static_cast<std::size_t>(rows * cols)};
   if (!is_flat && (found.rows != rows || found.cols != cols)) {
-    complain(fmt::format("'{}' is a matrix of {} rows of {}, not of {} of {}.", full(key), found.rows, found.cols, rows,
-                         cols));
+    reject(fmt::format("'{}' is a matrix of {} rows of {}, not of {} of {}.", full(key), found.rows, found.cols, rows,
+                       cols));
   }
   return std::move(found.data);
 }
 
 std::vector<double> YamlGroup::vector(const char* key) const {
   Matrix found{any_matrix(key)};
-  if (found.rows > 1 && found.cols > 1) complain("'" + full(key) + "' is neither a row nor a column of numbers.");
+  if (found.rows > 1 && found.cols > 1) reject("'" + full(key) + "' is neither a row nor a column of numbers.");
   return std::move(found.data);
 }
 
 int YamlGroup::pixels(const char* key) const {
   const double value{number(key)};
-  if (value != std::floor(value) || value < 1 || value > 100000) complain("'" + full(key) + "' is no size in pixels.");
+  if (value != std::floor(value) || value < 1 || value > 100000) reject("'" + full(key) + "' is not a size in pixels.");
   return static_cast<int>(value);
 }
 
 std::string YamlGroup::word(const char* key) const {
   const YAML::Node value{required(key)};
-  if (!value.IsScalar()) complain("'" + full(key) + "'" + place_of(value) + " is no word.");
+  if (!value.IsScalar()) reject("'" + full(key) + "'" + place_of(value) + " is not a word.");
   return value.Scalar();
 }
 
@@ -227,7 +227,7 @@ std::vector<std::filesystem::path> YamlGroup::file_names(const char* key) const 
 
 YAML::Node YamlGroup::required(const char* key) const {
   const YAML::Node found{node_[key]};
-  if (!found.IsDefined()) complain("has no '" + full(key) + "'.");
+  if (!found.IsDefined()) reject("has no '" + full(key) + "'.");
   return found;
 }
 
@@ -235,14 +235,14 @@ double YamlGroup::number_of(const YAML::Node& node, const char* key) const {
   std::vector<double> numbers;
   if (!node.IsScalar() || !parse_numbers(node.Scalar(), numbers) || numbers.size() != 1 ||
       !(std::abs(numbers[0]) <= largest_number)) {
-    complain("'" + full(key) + "'" + place_of(node) + " is no number.");
+    reject("'" + full(key) + "'" + place_of(node) + " is not a number.");
   }
   return numbers[0];
 }
 
 std::filesystem::path YamlGroup::file_name_of(const YAML::Node& node, const char* key) const {
   if (!node.IsScalar() || node.Scalar().empty() || node.Scalar().find('\0') != std::string::npos) {
-    complain("'" + full(key) + "'" + place_of(node) + " is no file's name.");
+    reject("'" + full(key) + "'" + place_of(node) + " is not a file's name.");
   }
   return node.Scalar();
 }

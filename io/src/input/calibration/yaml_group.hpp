@@ -32,7 +32,7 @@ class Origin {
  protected:
   [[nodiscard]] const std::string& part() const { return part_; }
   /// Names the file only.
-  [[noreturn]] void complain(const std::string& what) const;
+  [[noreturn]] void reject(const std::string& what) const;
 
  private:
   std::string file_;
@@ -108,11 +108,11 @@ struct YamlGroup::Element {
 inline std::string error_text_of(const YAML::Exception& error) {
   // its words for groups in groups beyond the depth that it can follow; of text in memory it says that of nothing else
   if (error.msg == "bad file") return "is nested too deeply.";
-  return "is no YAML (" + error.msg + ").";
+  return "is not YAML (" + error.msg + ").";
 }
 
 // Other notations than YAML as YAML's nodes, so that one set of readers serves all. Throw InputError; `file`: for
-// complaints.
+// error messages.
 
 /// OpenCV's XML: elements become keys, words of a leaf a list, <_> elements of a list. Attributes have no effect.
 [[nodiscard]] YAML::Node parse_xml(const std::string& file, std::string_view text);

@@ -96,7 +96,7 @@ std::optional<cv::Matx44d> imu_from_camera(const fs::path& folder) {
                                     KittiText{imu}.rotation_and_translation()};
   if (!is_rotation(camera_from_imu.get_minor<3, 3>(0, 0))) {
     throw InputError{fmt::format("{}, {}, {}", printable_path(imu), printable_path(velodyne), printable_path(camera)),
-                     "R or R_rect_00 is no rotation matrix.",
+                     "R or R_rect_00 is not a rotation matrix.",
                      "Use the calibration files of this recording, or run with --poses none."};
   }
   return inverse_of(camera_from_imu);

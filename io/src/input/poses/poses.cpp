@@ -60,7 +60,7 @@ NamedPose parse_row(const fs::path& path, std::size_t line, std::string_view tex
   if (named && pose.name.empty()) fail(path, line, "has no name.");
   const auto [end, error]{std::from_chars(fields[1].data(), fields[1].data() + fields[1].size(), pose.stamp_ns)};
   if (error != std::errc{} || end != fields[1].data() + fields[1].size()) {
-    fail(path, line, "has a stamp that is no whole number of nanoseconds.");
+    fail(path, line, "has a stamp that is not a whole number of nanoseconds.");
   }
   if (pose.stamp_ns > largest_stamp_ns || pose.stamp_ns < -largest_stamp_ns) {
     fail(path, line, "has a stamp beyond the year 2096.");
@@ -96,12 +96,12 @@ std::vector<Pose2> read_kitti_poses(const fs::path& path, std::size_t expected) 
   for (const std::string_view line : lines_of(text)) {
     ++line_number;
     if (is_blank(line)) continue;
-    if (!parse_numbers(line, numbers)) fail(path, line_number, "holds something that is no number.");
+    if (!parse_numbers(line, numbers)) fail(path, line_number, "holds something that is not a number.");
     if (numbers.size() != 12) fail(path, line_number, fmt::format("has {} numbers, not 12.", numbers.size()));
     check_finite(path, line_number, numbers);
     const std::vector<double>& m{numbers};
     if (!is_rotation({m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]}))
-      fail(path, line_number, "has a matrix that is no rotation.");
+      fail(path, line_number, "has a matrix that is not a rotation.");
     poses.push_back(ground_pose(std::span<const double, 12>{numbers}));
   }
   if (poses.size() != expected) {

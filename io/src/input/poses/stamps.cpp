@@ -68,7 +68,7 @@ std::vector<std::int64_t> read_times(const std::filesystem::path& path, std::siz
     const bool understood{parse_numbers(line, numbers)};
     if (understood && numbers.empty()) continue;
     if (!understood || numbers.size() != 1 || !(std::abs(numbers[0]) < 4e9)) {
-      fail(path, stamps.size() + 1, "is no number of seconds.", without_stamps);
+      fail(path, stamps.size() + 1, "is not a number of seconds.", without_stamps);
     }
     stamps.push_back(std::llround(numbers[0] * 1e9));
   }
@@ -87,7 +87,7 @@ std::vector<std::int64_t> read_timestamps(const std::filesystem::path& path, con
   for (const std::string_view line : lines_of(text)) {
     if (line.find_first_not_of(" \t") == std::string_view::npos) continue;
     const auto stamp{parse_timestamp(line)};
-    if (!stamp) fail(path, stamps.size() + 1, "is no time stamp like 2011-09-26 13:02:25.964389445.", mend);
+    if (!stamp) fail(path, stamps.size() + 1, "is not a time stamp like 2011-09-26 13:02:25.964389445.", mend);
     stamps.push_back(*stamp);
   }
   check_growing(path, stamps, mend);

@@ -58,7 +58,7 @@ LabelledFrame parse_frame(const Json& json) {
   frame.name = json.at("name");
   const Json& objects = json.at("objects");  // no braces: they would make a list of it
   if (!objects.is_array() || objects.size() > most_objects) {
-    throw InputError{fmt::format("'objects' is no list of at most {} objects", most_objects)};
+    throw InputError{fmt::format("'objects' is not a list of at most {} objects", most_objects)};
   }
   std::set<std::int64_t> ids;
   for (const Json& object : objects) {

@@ -88,7 +88,7 @@ class STEREOGRID_EXPORT CdrReader {
   void finish() const;
 
  private:
-  [[noreturn]] void complain(const std::string& what) const;
+  [[noreturn]] void reject(const std::string& what) const;
   [[nodiscard]] std::size_t left() const { return body_.size() - position_; }
   void align(std::size_t alignment);
   void copy_to(void* data, std::size_t bytes);

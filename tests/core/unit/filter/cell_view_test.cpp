@@ -35,23 +35,22 @@ TEST(CellView, DecayIsQuickerInTheField) {
   const FilterConfig config;
   const FilterTables tables{config};
   const GridGeometry window{-10.1, -20.1, 0.2, 300, 300};
-  const auto forgetting = [&](const CameraView& view, Point2 at) {
+  const auto decay = [&](const CameraView& view, Point2 at) {
     const FilterStep step{step_of({config, tables, window, 0.1, view})};
     const CellIndex cell{*window.cell_at(at)};
-    return view_of(step, cell.ix, cell.iy).forgetting;
+    return view_of(step, cell.ix, cell.iy).decay;
   };
   const auto within = [](double time_s) { return (1 - std::exp(-0.1 / time_s)) / 2; };
   const double in_view{within(config.decay_time_in_view_s)};
   const double beside{within(config.decay_time_s)};
   ASSERT_GT(in_view, beside);
   const CameraView ahead{{5, -3, 0}, 1, 0.5};  // 45° to the left, 27° to the right
-  for (const Point2 at : {Point2{15, -3}, {15, 6}, {15, -7.5}})
-    EXPECT_NEAR(forgetting(ahead, at), in_view, 1e-6) << at.y;
-  for (const Point2 at : {Point2{15, 8}, {15, -9}, {0, -3}}) EXPECT_NEAR(forgetting(ahead, at), beside, 1e-6) << at.y;
+  for (const Point2 at : {Point2{15, -3}, {15, 6}, {15, -7.5}}) EXPECT_NEAR(decay(ahead, at), in_view, 1e-6) << at.y;
+  for (const Point2 at : {Point2{15, 8}, {15, -9}, {0, -3}}) EXPECT_NEAR(decay(ahead, at), beside, 1e-6) << at.y;
   const CameraView to_the_left{{5, -3, 1.5707963}, 1, 0.5};
-  EXPECT_NEAR(forgetting(to_the_left, {5, 7}), in_view, 1e-6);
-  EXPECT_NEAR(forgetting(to_the_left, {15, -3}), beside, 1e-6);
-  EXPECT_NEAR(forgetting({}, {15, -3}), beside, 1e-6) << "nothing is known of the camera";
+  EXPECT_NEAR(decay(to_the_left, {5, 7}), in_view, 1e-6);
+  EXPECT_NEAR(decay(to_the_left, {15, -3}), beside, 1e-6);
+  EXPECT_NEAR(decay({}, {15, -3}), beside, 1e-6) << "nothing is known of the camera";
 }
 
 // A pixel of disparity is 1 m deep at a distance of √(f·b · 1 m/px); twice as far it is 4 m deep.
@@ -59,14 +58,14 @@ TEST(CellView, DecayIsQuickerWhereAPixelIsDeeperThanAMetre) {
   const FilterConfig config;
   const FilterTables tables{config};
   const GridGeometry window{-10.1, -20.1, 0.2, 300, 300};
-  const auto forgetting = [&](double ahead_m) {
+  const auto decay = [&](double ahead_m) {
     const CameraView view{{5, -3, 0}, 1, 1, std::numeric_limits<double>::infinity(), 100};
     const CellIndex cell{*window.cell_at({5 + ahead_m, -3})};
-    return view_of(step_of({config, tables, window, 0.1, view}), cell.ix, cell.iy).forgetting;
+    return view_of(step_of({config, tables, window, 0.1, view}), cell.ix, cell.iy).decay;
   };
-  EXPECT_EQ(forgetting(5), forgetting(9.5));
-  EXPECT_NEAR(forgetting(20), 4 * forgetting(5), 0.1 * forgetting(5));
-  EXPECT_LE(forgetting(40), 0.5f) << "a cell is unknown at most";
+  EXPECT_EQ(decay(5), decay(9.5));
+  EXPECT_NEAR(decay(20), 4 * decay(5), 0.1 * decay(5));
+  EXPECT_LE(decay(40), 0.5f) << "a cell is unknown at most";
 }
 
 // Divides the odds by 4 in cells where a pixel of disparity is 4 m deep, if the frame does not confirm the obstacle.

@@ -160,7 +160,7 @@ TEST(FilterHiding, JointMovesWhatIsHidden) {
 }
 
 // A pedestrian walks at 1.4 m/s for 1.5 s and is hidden for 1.2 s: P > 0.5 at their place, for at least a second.
-TEST(FilterHiding, AWalkerIsBelievedInForASecond) {
+TEST(FilterHiding, AWalkerIsKeptForASecond) {
   Cpu cpu{2};
   const auto survived_s = [&](FilterModel model) {
     FilterConfig config;

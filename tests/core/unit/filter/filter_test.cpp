@@ -193,7 +193,7 @@ TEST_P(FilterOfEachModel, AnUnknownObservationLeavesThePrediction) {
   EXPECT_NEAR(run.layers.occupancy(2, 2), 0.7940, 2e-5);
 }
 
-TEST_P(FilterOfEachModel, ForgettingDoesNotDependOnTheFrameRate) {
+TEST_P(FilterOfEachModel, DecayDoesNotDependOnTheFrameRate) {
   Cpu cpu{1};
   FilterConfig config{method_config(GetParam())};
   config.speeds_mps = {};
@@ -273,7 +273,7 @@ INSTANTIATE_TEST_SUITE_P(Models, FilterOfEachModel, testing::Values(FilterModel:
 
 // Repeated observations of a static vehicle move a cell to their own odds at most. With motion, evidence accumulates;
 // contradicting evidence counts in full.
-TEST(FilterRepetition, TheSameViewIsHeardOnce) {
+TEST(FilterRepetition, TheSameViewCountsOnce) {
   FilterStep step{};
   step.kept_moving = step.kept_standing = step.prior_static = 1;
   CellView view{1, 0, 1, 0};

@@ -79,10 +79,10 @@ TEST(CorrectByFrame, LeavesNothingFreeWhereAnObstacleIs) {
   EXPECT_FLOAT_EQ(corrected(free_p, free_p, free_p, 0.3f, 0.25f).occupancy, 0.3f);
 }
 
-TEST(CorrectByFrame, ForgetsWeakMemoryOfGroundBesideAnObstacle) {
+TEST(CorrectByFrame, DropsWeakMemoryOfGroundBesideAnObstacle) {
   EXPECT_FLOAT_EQ(corrected(hidden, free_p, shown, 0.3f).occupancy, 0.5f);
   EXPECT_FLOAT_EQ(corrected(hidden, free_p, shown, 0.15f).occupancy, 0.15f) << "certain ground stays";
-  EXPECT_FLOAT_EQ(corrected(hidden, free_p, 0.58f, 0.3f).occupancy, 0.3f) << "the neighbour is doubtful";
+  EXPECT_FLOAT_EQ(corrected(hidden, free_p, 0.58f, 0.3f).occupancy, 0.3f) << "the neighbour is uncertain";
   EXPECT_FLOAT_EQ(corrected(hidden, free_p, free_p, 0.3f).occupancy, 0.3f);
   EXPECT_FLOAT_EQ(corrected(free_p, free_p, shown, 0.3f).occupancy, 0.3f) << "the frame shows ground";
 }

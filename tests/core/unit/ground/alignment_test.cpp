@@ -187,7 +187,7 @@ TEST(Alignment, VerticalEdgesSayNothingAboutRows) {
   EXPECT_TRUE(alignment.is_identity());
 }
 
-TEST(Alignment, IncredibleOffsetsAreNotBelieved) {
+TEST(Alignment, ImplausibleOffsetsAreRejected) {
   RowAlignment alignment{small_kitti_rig()};
   ASSERT_TRUE(Pair{like_kitti}.update(alignment));
   const Terms before{alignment.offsets().terms};
@@ -197,7 +197,7 @@ TEST(Alignment, IncredibleOffsetsAreNotBelieved) {
   }
 }
 
-TEST(Alignment, FollowsSlowlyAndForgets) {
+TEST(Alignment, FollowsSlowlyAndDecays) {
   RowAlignment alignment{small_kitti_rig()};
   const Pair off{{0.4, 0, 0, 0}};
   const Pair fine{{}};

@@ -73,7 +73,7 @@ TEST(RigProblems, WrongUnitsAreNamed) {
   EXPECT_THAT(problems(with(&Rig::cx_px, 1e6)), Contains(HasSubstr("outside the image")));
 }
 
-TEST(RigProblems, AllAreToldAtOnceTogetherWithTheConfiguration) {
+TEST(RigProblems, AllAreReportedAtOnceTogetherWithTheConfiguration) {
   Rig rig{with(&Rig::baseline_m, -1)};
   rig.camera_height_m = 0;
   Config config{small_config()};
@@ -98,7 +98,7 @@ TEST(RigProblems, SizesThatAreNone) {
   }
 }
 
-TEST(RigOddities, AreToldButNotRefused) {
+TEST(RigOddities, AreReportedButNotRefused) {
   const auto expect_odd = [](double Rig::*member, double value, const char* what) {
     const Rig rig{with(member, value)};
     EXPECT_THAT(oddities(rig), Contains(HasSubstr(what))) << value;

@@ -199,7 +199,7 @@ TEST(Terrain, ALowObstacleIsRemembered) {
   }
 }
 
-TEST(Terrain, ALowObstacleThatIsGoneIsForgotten) {
+TEST(Terrain, ALowObstacleThatIsGoneIsDropped) {
   const auto stone = [](float x, float y) { return x > 4 && x < 4.3f && std::abs(y) < 0.15f ? 0.2f : 0.0f; };
   const Image<float> seen{disparity_of(car().rig, stone)};
   const Image<float> level{disparity_of(car().rig, ramp(5, 0))};

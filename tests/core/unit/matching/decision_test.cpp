@@ -73,7 +73,7 @@ TEST(Deciding, TheCheaperHypothesisGivesLabelAndDisparity) {
   EXPECT_EQ(decide(candidate(12, 60), candidate(-1, 50), whole, 10.125).road, 9.125f);
 }
 
-TEST(Deciding, ADoubtfulWinnerIsNotReplacedByTheLoser) {
+TEST(Deciding, AnUncertainWinnerIsNotReplacedByTheLoser) {
   const MatchingConfig config{permissive_config()};
   const auto nothing = [&](const Decision& decision) { return decision.obstacle == 0 && decision.road == 0; };
   EXPECT_TRUE(nothing(decide(candidate(12, 50, 1), candidate(-1, 60), config)));

@@ -62,7 +62,7 @@ TEST(NoiseOnly, TheRoadDoesNotWinMoreThanItsShareOfTheSearch) {
 }
 
 // Half of the right image is the left one, moved; the other half is noise of its own.
-TEST(Confidence, TellsMatchesFromNoise) {
+TEST(Confidence, SeparatesMatchesFromNoise) {
   constexpr int width{240};
   constexpr int height{120};
   std::mt19937 generator{3};

@@ -83,7 +83,7 @@ TEST(Patch, MustLieInsideTheImageWithItsGradients) {
   EXPECT_FALSE(find(image.view(), patch, 0, {std::nanf(""), 20}));
 }
 
-TEST(Patch, StripesTellOneAxisOnly) {
+TEST(Patch, StripesFixOneAxisOnly) {
   Image<std::uint8_t> stripes{width, height};
   for (int v{0}; v < height; ++v) {
     for (int u{0}; u < width; ++u) stripes(u, v) = static_cast<std::uint8_t>(u / 4 % 2 == 0 ? 50 : 150);

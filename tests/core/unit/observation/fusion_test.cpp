@@ -171,7 +171,7 @@ TEST(Fusion, ThePipelineHandsOnWhatAnotherSourceHasSeen) {
 
 TEST(Fusion, ThePipelineRefusesGridsThatCannotBe) {
   Pipeline pipeline{preset("default"), small_rig, {.threads = 1}};
-  const auto complaint = [&](const ObservedGrid& grid) {
+  const auto error_text = [&](const ObservedGrid& grid) {
     StereoFrame frame{grey_frame()};
     frame.other_grids = {saying(0.5f), grid};
     try {
@@ -182,13 +182,13 @@ TEST(Fusion, ThePipelineRefusesGridsThatCannotBe) {
     return std::string{};
   };
   constexpr float nan{std::numeric_limits<float>::quiet_NaN()};
-  EXPECT_NE(complaint(saying(nan)).find("no probabilities"), std::string::npos);
-  EXPECT_NE(complaint(saying(1.01f)).find("no probabilities"), std::string::npos);
-  EXPECT_NE(complaint(saying(0.5f, -0.1f)).find("no probabilities"), std::string::npos);
-  EXPECT_NE(complaint({one_cell, Image<float>{2, 1}, {}}).find("size"), std::string::npos);
-  EXPECT_NE(complaint({one_cell, Image<float>{1, 1}, Image<float>{1, 2}}).find("size"), std::string::npos);
-  EXPECT_NE(complaint({{0, 0, 0, 1, 1}, Image<float>{1, 1}, {}}).find("no place"), std::string::npos);
-  EXPECT_EQ(complaint(saying(1.0f)), "");
+  EXPECT_NE(error_text(saying(nan)).find("not probabilities"), std::string::npos);
+  EXPECT_NE(error_text(saying(1.01f)).find("not probabilities"), std::string::npos);
+  EXPECT_NE(error_text(saying(0.5f, -0.1f)).find("not probabilities"), std::string::npos);
+  EXPECT_NE(error_text({one_cell, Image<float>{2, 1}, {}}).find("size"), std::string::npos);
+  EXPECT_NE(error_text({one_cell, Image<float>{1, 1}, Image<float>{1, 2}}).find("size"), std::string::npos);
+  EXPECT_NE(error_text({{0, 0, 0, 1, 1}, Image<float>{1, 1}, {}}).find("no place"), std::string::npos);
+  EXPECT_EQ(error_text(saying(1.0f)), "");
 }
 
 }  // namespace

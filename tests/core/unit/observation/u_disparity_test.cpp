@@ -173,7 +173,7 @@ TEST(UDisparity, GuardWeakensSmallCounts) {
   EXPECT_EQ(stages.obstacle_confidence(2, 1), 0);
 }
 
-TEST(UDisparity, RoadAllAroundIsFreeButNotBeyondDoubt) {
+TEST(UDisparity, RoadAllAroundIsFreeButNotWithCertainty) {
   Matches matches{5, 12};
   for (int u{1}; u <= 3; ++u) {
     matches.road(u, 6) = 2;

@@ -161,7 +161,7 @@ TEST(SceneFlow, IsLessSureAlongTheRayAndAtFirst) {
   EXPECT_LT(spread(), at_first / 4);
 }
 
-TEST(SceneFlow, LosesWhatIsNoLongerThereAndForgetsWhenTold) {
+TEST(SceneFlow, LosesWhatIsNoLongerThereAndDropsOnRequest) {
   Street street{{9, 0}, {0, 0}};
   SceneFlow flow{street.rig};
   for (int i{0}; i < 3; ++i) street.step(flow);

@@ -105,7 +105,7 @@ TEST(VelocityEvidence, LeavesWhetherACellIsOccupiedAndOtherCellsAlone) {
 }
 
 // A static object that several features see moving off.
-TEST(VelocityEvidence, ThatStartsMotionIsBelievedAtOnce) {
+TEST(VelocityEvidence, ThatStartsMotionIsAcceptedAtOnce) {
   const auto moving_after = [](int starts_motion) {
     Seen seen;
     seen.run.now.blocks.clear();

@@ -56,7 +56,7 @@ void read_size(const YamlGroup& root, const Sides* sides, Rig& rig) {
     const std::vector<double> both{root.numbers(size.c_str(), 2)};
     constexpr double most_px{100'000};
     for (const double number : both) {
-      if (!(number >= 1 && number <= most_px)) root.fail(fmt::format("'{}' is no size in pixels.", size));
+      if (!(number >= 1 && number <= most_px)) root.fail(fmt::format("'{}' is not a size in pixels.", size));
     }
     rig.width_px = static_cast<int>(both[0]);
     rig.height_px = static_cast<int>(both[1]);
