@@ -173,7 +173,9 @@ def tracks(run: Run, axes: Any = None, *, frames_min: int = 8) -> Any:
             if o.confirmed and not o.coasting:
                 speed = float(np.hypot(o.vx_mps, o.vy_mps))
                 paths.setdefault(o.id, []).append((*_to_world(frame.pose, o.x_m, o.y_m), speed, o.moving))
-    axes.plot([frame.pose.x_m for frame in run.frames], [frame.pose.y_m for frame in run.frames], color="#bbbbbb", linewidth=5)
+    axes.plot(
+        [frame.pose.x_m for frame in run.frames], [frame.pose.y_m for frame in run.frames], color="#bbbbbb", linewidth=5
+    )
     for number, path in sorted(paths.items()):
         if len(path) < frames_min:
             continue

@@ -4,15 +4,11 @@
 
 from __future__ import annotations
 
-import os
 import re
-import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
-import numpy as np
 import pytest
 from conftest import ROOT
 
@@ -55,44 +51,3 @@ def test_score_lidar(kitti: Path, tmp_path: Path) -> None:
     text = call("score_lidar.py", tmp_path / "run")
     assert "4 frames of preset default" in text
     assert re.search(r"^occupancy 3-20: .*'missed': 0\.\d", text, re.M)
-
-
-def kill_a_worker(parent: int) -> bool:
-    """Kills a child of a child that is at work; children of a cluster are its workers."""
-    for entry in Path("/proc").iterdir():
-        if entry.name.isdigit():
-            try:
-                stat = (entry / "stat").read_text().rsplit(")", 1)[1].split()
-                command = (entry / "cmdline").read_bytes()
-            except OSError:
-                continue
-            if int(stat[1]) == parent and b"spawn_main" in command:
-                os.kill(int(entry.name), signal.SIGKILL)
-                return True
-    return False
-
-
-def test_dask_loses_nothing_when_a_worker_is_killed(tmp_path: Path) -> None:
-    pytest.importorskip("distributed")
-    drives = [f"scene:street?frames=12&seed={seed}&width=256&height=160" for seed in range(8)]
-    command = [sys.executable, str(EXAMPLES / "dask_drives.py"), str(tmp_path / "out"), *drives]
-    errors = tmp_path / "errors.txt"
-    with errors.open("w") as log, subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, text=True) as running:
-        assert running.stdout is not None
-        lines = [running.stdout.readline().strip()]
-        killed = kill_a_worker(running.pid)
-        # not communicate(): it would lose the lines that readline() has buffered
-        lines += running.stdout.read().splitlines()
-    assert running.returncode == 0, errors.read_text()
-    assert killed
-    assert sorted(lines) == sorted(f"{drive}: 12 frames" for drive in drives)
-    # without the part that the killed worker may have left
-    files = sorted((tmp_path / "out").glob("[!.]*.npz"))
-    assert len(files) == len(drives)
-    for file in files:
-        with np.load(file) as arrays:
-            assert arrays["frames"] == 12
-    # complete files are not computed again
-    before = time.time()
-    assert call("dask_drives.py", tmp_path / "out", *drives).count("12 frames") == len(drives)
-    assert all(file.stat().st_mtime < before for file in files)

@@ -46,6 +46,18 @@ def test_overlay_projects_as_the_library_does(scene: sg.Recording, frames: list[
     assert u[0] == pytest.approx(rig.cx_px - rig.focal_px / 5)
 
 
+def test_tracks_of_a_run(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib").use("Agg")
+    from stereogrid import plot
+
+    recording = sg.simulate("crossing", frames=12, width_px=256, height_px=160)
+    with sg.RunWriter(tmp_path / "run", recording, sg.Pipeline(sg.preset("default"), recording.rig)) as run:
+        for frame in run:
+            run.process(frame)
+    axes = plot.tracks(sg.read_run(tmp_path / "run"), frames_min=4)
+    assert len(axes.lines) > 1 and axes.get_xlabel() == "x (m)"
+
+
 def test_rerun(scene: sg.Recording, frames: list[sg.Frame], tmp_path: Path) -> None:
     rr = pytest.importorskip("rerun")
     import stereogrid.rerun
