@@ -83,7 +83,7 @@ TEST(Bag, LeavesNothingBesideAFile) {
 
 TEST(Bag, RejectsOtherDatabases) {
   const TemporaryFolder folder;
-  const auto expect_error = [&](const std::string& sql, std::string_view part) {
+  const auto expect_rejected = [&](const std::string& sql, std::string_view part) {
     fs::remove(folder / "a.db3");
     {
       const NewDatabase database{folder / "a.db3"};
@@ -94,19 +94,19 @@ TEST(Bag, RejectsOtherDatabases) {
   const std::string topics{
       "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT);"
       "INSERT INTO topics VALUES(1, '/a', 'T', 'cdr');"};
-  expect_error("CREATE TABLE x(y)", "has no column 'id' in a table 'topics'");
-  expect_error(topics, "has no column 'topic_id' in a table 'messages'");
-  expect_error(topics + "CREATE TABLE messages(topic_id, timestamp)", "has no column 'data'");
-  expect_error(topics + "CREATE TABLE messages(topic_id, timestamp, data); INSERT INTO messages VALUES(1, 'noon', 'x')",
+  expect_rejected("CREATE TABLE x(y)", "has no column 'id' in a table 'topics'");
+  expect_rejected(topics, "has no column 'topic_id' in a table 'messages'");
+  expect_rejected(topics + "CREATE TABLE messages(topic_id, timestamp)", "has no column 'data'");
+  expect_rejected(topics + "CREATE TABLE messages(topic_id, timestamp, data); INSERT INTO messages VALUES(1, 'noon', 'x')",
                "has no time");
-  expect_error(topics + "CREATE TABLE messages(topic_id, timestamp, data); INSERT INTO messages VALUES(1, -5, 'x')",
+  expect_rejected(topics + "CREATE TABLE messages(topic_id, timestamp, data); INSERT INTO messages VALUES(1, -5, 'x')",
                "before 1970");
   // definitions that compute: without end, or as much as they like
-  expect_error(topics +
+  expect_rejected(topics +
                    "CREATE VIEW messages AS WITH RECURSIVE r(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM r) "
                    "SELECT 1 AS topic_id, i AS timestamp, 'x' AS data FROM r",
                "has no column 'topic_id' in a table 'messages'");
-  expect_error(topics + "CREATE VIRTUAL TABLE messages USING fts5(topic_id, timestamp, data)",
+  expect_rejected(topics + "CREATE VIRTUAL TABLE messages USING fts5(topic_id, timestamp, data)",
                "has no column 'topic_id' in a table 'messages'");
 }
 

@@ -134,23 +134,23 @@ TEST(Bag, CopiesOfASchemaAreBounded) {
 TEST(Bag, RejectsFolders) {
   const TemporaryFolder folder;
   expect_error([&] { read_all(*open_bag(folder.path())); }, {"holds no recording"});
-  const auto expect_error = [&](const std::string& metadata, std::string_view part) {
+  const auto expect_rejected = [&](const std::string& metadata, std::string_view part) {
     put(folder / "metadata.yaml", metadata);
     expect_error([&] { read_all(*open_bag(folder.path())); }, {part});
   };
-  expect_error(
+  expect_rejected(
       metadata_begin + "  compression_mode: FILE\n  compression_format: lz4\n  relative_file_paths: [a.db3.lz4]\n",
       "the compression_format is 'lz4' (allowed: zstd)");
-  expect_error(
+  expect_rejected(
       metadata_begin + "  compression_mode: MESSAGE\n  compression_format: lzma\n  relative_file_paths: [a.db3]\n",
       "the compression_format is 'lzma'");
-  expect_error(metadata_begin + "  relative_file_paths: [missing.db3]\n", "missing.db3: cannot be read");
-  expect_error(metadata_begin + "  relative_file_paths: [../../etc/passwd]\n", "passwd: cannot be read (No such file");
-  expect_error(metadata_begin + "  relative_file_paths: []\n", "holds no recording");
+  expect_rejected(metadata_begin + "  relative_file_paths: [missing.db3]\n", "missing.db3: cannot be read");
+  expect_rejected(metadata_begin + "  relative_file_paths: [../../etc/passwd]\n", "passwd: cannot be read (No such file");
+  expect_rejected(metadata_begin + "  relative_file_paths: []\n", "holds no recording");
   write_db3(folder / "a.db3", {{1, 1, "a"}});
-  expect_error(metadata_begin + "  relative_file_paths: [a.db3, x/a.db3]\n", "names a.db3 twice");
-  expect_error("a: [", "is not as rosbag2 writes it");
-  expect_error("- 1", "metadata.yaml");
+  expect_rejected(metadata_begin + "  relative_file_paths: [a.db3, x/a.db3]\n", "names a.db3 twice");
+  expect_rejected("a: [", "is not as rosbag2 writes it");
+  expect_rejected("- 1", "metadata.yaml");
 }
 
 TEST(Bag, DistinguishesFilesByWhatIsInThem) {

@@ -167,10 +167,10 @@ class LiveLoop final : private capture::FrameHandler {
     std::vector<std::string> now;
     for (const Warning& warning : warnings) {
       now.push_back(without_digits(warning.text));
-      const bool is_new{std::ranges::find(reported_, now.back()) == reported_.end()};
+      const bool is_new{std::ranges::find(logged_, now.back()) == logged_.end()};
       spdlog::log(is_new ? spdlog::level::warn : spdlog::level::debug, "{}", warning.text);
     }
-    reported_ = std::move(now);
+    logged_ = std::move(now);
   }
 
   // Sentences that count seconds are one and the same.
@@ -208,7 +208,7 @@ class LiveLoop final : private capture::FrameHandler {
   std::int64_t frames_reported_{0};
   std::int64_t refused_{0};
   std::string refused_reason_;
-  std::vector<std::string> reported_;
+  std::vector<std::string> logged_;
   std::string fault_;
   Clock::time_point reported_{Clock::now()};
 };

@@ -209,7 +209,7 @@ TEST(Npz, ArraysThatAreTooLargeTogetherAreRejected) {
 TEST(Npz, NoArchive) {
   const TemporaryFolder folder;
   put(folder / "text.npz", "hello");
-  expect_error([&] { static_cast<void>(read_npz(folder / "text.npz")); }, {"text.npz", "no whole .npz"});
+  expect_error([&] { static_cast<void>(read_npz(folder / "text.npz")); }, {"text.npz", "not a whole .npz"});
   expect_error([&] { static_cast<void>(read_npz(folder / "none.npz")); }, {"none.npz", "no such file"});
 }
 
