@@ -97,17 +97,18 @@ TEST(Bag, RejectsOtherDatabases) {
   expect_rejected("CREATE TABLE x(y)", "has no column 'id' in a table 'topics'");
   expect_rejected(topics, "has no column 'topic_id' in a table 'messages'");
   expect_rejected(topics + "CREATE TABLE messages(topic_id, timestamp)", "has no column 'data'");
-  expect_rejected(topics + "CREATE TABLE messages(topic_id, timestamp, data); INSERT INTO messages VALUES(1, 'noon', 'x')",
-               "has no time");
+  expect_rejected(
+      topics + "CREATE TABLE messages(topic_id, timestamp, data); INSERT INTO messages VALUES(1, 'noon', 'x')",
+      "has no time");
   expect_rejected(topics + "CREATE TABLE messages(topic_id, timestamp, data); INSERT INTO messages VALUES(1, -5, 'x')",
-               "before 1970");
+                  "before 1970");
   // definitions that compute: without end, or as much as they like
   expect_rejected(topics +
-                   "CREATE VIEW messages AS WITH RECURSIVE r(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM r) "
-                   "SELECT 1 AS topic_id, i AS timestamp, 'x' AS data FROM r",
-               "has no column 'topic_id' in a table 'messages'");
+                      "CREATE VIEW messages AS WITH RECURSIVE r(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM r) "
+                      "SELECT 1 AS topic_id, i AS timestamp, 'x' AS data FROM r",
+                  "has no column 'topic_id' in a table 'messages'");
   expect_rejected(topics + "CREATE VIRTUAL TABLE messages USING fts5(topic_id, timestamp, data)",
-               "has no column 'topic_id' in a table 'messages'");
+                  "has no column 'topic_id' in a table 'messages'");
 }
 
 TEST(Bag, ADamagedDb3IsRejected) {

@@ -145,7 +145,8 @@ TEST(Bag, RejectsFolders) {
       metadata_begin + "  compression_mode: MESSAGE\n  compression_format: lzma\n  relative_file_paths: [a.db3]\n",
       "the compression_format is 'lzma'");
   expect_rejected(metadata_begin + "  relative_file_paths: [missing.db3]\n", "missing.db3: cannot be read");
-  expect_rejected(metadata_begin + "  relative_file_paths: [../../etc/passwd]\n", "passwd: cannot be read (No such file");
+  expect_rejected(metadata_begin + "  relative_file_paths: [../../etc/passwd]\n",
+                  "passwd: cannot be read (No such file");
   expect_rejected(metadata_begin + "  relative_file_paths: []\n", "holds no recording");
   write_db3(folder / "a.db3", {{1, 1, "a"}});
   expect_rejected(metadata_begin + "  relative_file_paths: [a.db3, x/a.db3]\n", "names a.db3 twice");
