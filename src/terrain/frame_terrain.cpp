@@ -151,22 +151,27 @@ void FrameTerrain::bound_filtered(const Pose2& world_from_vehicle, bool is_usabl
   bound_held(world_from_vehicle, result);
 }
 
-// Hazards are few: each one raises its cell and the cells of the vehicle's grid whose centres lie in it.
+// Hazards are few: each one raises its cell and the cells of the vehicle's grid whose centres lie in it. Cells that no
+// frame has observed stay unknown.
 void FrameTerrain::bound_held(const Pose2& world_from_vehicle, FrameResult& result) const {
   const GridGeometry& window{result.world.geometry};
   const GridInVehicle window_in_vehicle{grid_in_vehicle(window, inverse(world_from_vehicle))};
   const CellPlaces places{
       grid_in_vehicle(vehicle_grid_, world_from_vehicle), {window.x_min_m, window.y_min_m}, window.cell_size_m};
   const auto vehicle_cell = [&](double from_m) { return static_cast<int>(std::floor(from_m / window.cell_size_m)); };
+  const auto raise_in = [](GridLayers& grid, int x, int y, float least) {
+    if (std::isinf(grid.age_s(x, y))) return;
+    grid.occupancy(x, y) = std::max(grid.occupancy(x, y), least);
+  };
   const auto raise = [&](int x, int y, float least) {
-    result.world.occupancy(x, y) = std::max(result.world.occupancy(x, y), least);
+    raise_in(result.world, x, y, least);
     const Point2 at{window_in_vehicle.centre(x, y)};
     const int near_x{vehicle_cell(at.x - vehicle_grid_.x_min_m)};
     const int near_y{vehicle_cell(at.y - vehicle_grid_.y_min_m)};
     for (int iy{std::max(near_y - 1, 0)}; iy <= std::min(near_y + 1, vehicle_grid_.ny - 1); ++iy) {
       for (int ix{std::max(near_x - 1, 0)}; ix <= std::min(near_x + 1, vehicle_grid_.nx - 1); ++ix) {
         if (static_cast<int>(places.x_of(ix, iy)) != x || static_cast<int>(places.y_of(ix, iy)) != y) continue;
-        result.vehicle.occupancy(ix, iy) = std::max(result.vehicle.occupancy(ix, iy), least);
+        raise_in(result.vehicle, ix, iy, least);
       }
     }
   };

@@ -69,21 +69,22 @@ LowObstacles::LowObstacles(const Rig& level_rig, const TerrainLimits& limits, do
       camera_{level_rig, {}},
       places_{{}, {}, 1},
       samples_{level_rig.width_px, level_rig.height_px},
-      sample_counts_(static_cast<std::size_t>(level_rig.height_px)),
-      ends_(static_cast<std::size_t>(window_cells) * static_cast<std::size_t>(window_cells)),
+      read_(static_cast<std::size_t>(level_rig.height_px)),
+      sorted_(samples_.size()),
+      ranges_{window_cells, window_cells},
       level_m_{window_cells, window_cells},
       noise_m_{window_cells, window_cells},
       moments_{window_cells, window_cells},
+      sums_(static_cast<std::size_t>(window_cells)),
       planes_{window_cells, window_cells},
       seen_{window_cells, window_cells},
       memory_{window_cells, window_cells},
       moved_{window_cells, window_cells} {}
 
 std::span<LowObstacles::Sample> LowObstacles::samples_of(int ix, int iy) {
-  const int cell{iy * memory_.width() + ix};
-  const int begin{cell == 0 ? 0 : ends_[static_cast<std::size_t>(cell) - 1]};
-  return std::span{sorted_}.subspan(static_cast<std::size_t>(begin),
-                                    static_cast<std::size_t>(ends_[static_cast<std::size_t>(cell)] - begin));
+  const Range range{ranges_(ix, iy)};
+  return std::span{sorted_}.subspan(static_cast<std::size_t>(range.begin),
+                                    static_cast<std::size_t>(range.end - range.begin));
 }
 
 // Behind the range at which two rows are a cell apart, cells have gaps. Returns the first row with
@@ -123,7 +124,8 @@ void LowObstacles::read_row(View<const float> obstacle, View<const float> road, 
   const float tangent{camera.tangent(0, static_cast<float>(v))};
   const float sin_per_px{sin_ / camera.focal_px};
   const float cos_per_px{cos_ / camera.focal_px};
-  int count{0};
+  RowRead all{0, {cells, 0}, {cells, 0}};
+  const auto add = [](int cell, Range& range) { range = {std::min(range.begin, cell), std::max(range.end, cell + 1)}; };
   for (int first{0}; first < obstacle.width; first += read_columns * column_step_) {
     std::size_t read{0};
     for (int u{first}; u < std::min(first + read_columns * column_step_, obstacle.width); u += column_step_) {
@@ -144,39 +146,46 @@ void LowObstacles::read_row(View<const float> obstacle, View<const float> road, 
       const int iy{static_cast<int>(norths[i])};
       const bool is_in_window{easts[i] >= 0 && norths[i] >= 0 && ix < cells && iy < cells};
       if (!is_in_window || !(std::abs(heights[i]) < most_m)) continue;
-      samples[count++] = {iy * cells + ix, static_cast<std::int16_t>(heights[i] * per_m),
-                          static_cast<std::uint8_t>(256 * (easts[i] - static_cast<float>(ix))),
-                          static_cast<std::uint8_t>(256 * (norths[i] - static_cast<float>(iy)))};
+      add(ix, all.columns);
+      add(iy, all.rows);
+      samples[all.count++] = {iy * cells + ix, static_cast<std::int16_t>(heights[i] * per_m),
+                              static_cast<std::uint8_t>(256 * (easts[i] - static_cast<float>(ix))),
+                              static_cast<std::uint8_t>(256 * (norths[i] - static_cast<float>(iy)))};
     }
   }
-  sample_counts_[static_cast<std::size_t>(v)] = count;
+  read_[static_cast<std::size_t>(v)] = all;
 }
 
 void LowObstacles::sort_samples(int first_row) {
-  std::ranges::fill(ends_, 0);
+  const int cells{memory_.width()};
+  columns_ = rows_ = {cells, 0};
+  const auto add = [](Range range, Range& sum) {
+    sum = {std::min(sum.begin, range.begin), std::max(sum.end, range.end)};
+  };
+  for (int v{first_row}; v < samples_.height(); ++v) {
+    add(read_[static_cast<std::size_t>(v)].columns, columns_);
+    add(read_[static_cast<std::size_t>(v)].rows, rows_);
+  }
+  if (rows_.end == 0) columns_ = rows_ = {0, 0};
   const auto for_samples = [&](const auto& work) {
     for (int v{first_row}; v < samples_.height(); ++v) {
       const Sample* const row{samples_.row(v)};
-      for (int i{0}; i < sample_counts_[static_cast<std::size_t>(v)]; ++i) work(row[i]);
+      for (int i{0}; i < read_[static_cast<std::size_t>(v)].count; ++i) work(row[i], ranges_.data()[row[i].cell]);
     }
   };
-  const int cells{memory_.width()};
-  columns_ = rows_ = {cells, 0};
-  for_samples([&](const Sample& sample) { ++ends_[static_cast<std::size_t>(sample.cell)]; });
-  for (int iy{0}; iy < cells; ++iy) {
-    for (int ix{0}; ix < cells; ++ix) {
-      if (ends_[static_cast<std::size_t>(iy * cells + ix)] == 0) continue;
-      columns_ = {std::min(columns_.begin, ix), std::max(columns_.end, ix + 1)};
-      rows_ = {std::min(rows_.begin, iy), iy + 1};
-    }
-  }
-  if (rows_.end == 0) columns_ = rows_ = {0, 0};
+  const auto for_ranges_of_cells = [&](const auto& work) {
+    for (int iy{rows_.begin}; iy < rows_.end; ++iy)
+      std::for_each(&ranges_(columns_.begin, iy), &ranges_(columns_.begin, iy) + (columns_.end - columns_.begin), work);
+  };
+  for_ranges_of_cells([](Range& range) { range = {0, 0}; });
+  for_samples([](const Sample&, Range& range) { ++range.end; });
   int begin{0};
-  for (int& end : ends_) begin = (end = std::exchange(begin, begin + end), begin);
-  sorted_.resize(static_cast<std::size_t>(begin));
-  for_samples([&](const Sample& sample) {
-    sorted_[static_cast<std::size_t>(ends_[static_cast<std::size_t>(sample.cell)]++)] = sample;
+  for_ranges_of_cells([&](Range& range) {
+    const int count{range.end};
+    range = {begin, begin};
+    begin += count;
   });
+  for_samples([&](const Sample& sample, Range& range) { sorted_[static_cast<std::size_t>(range.end++)] = sample; });
 }
 
 void LowObstacles::set_levels(const Terrain& terrain, int iy) {
@@ -213,25 +222,23 @@ void LowObstacles::sum_along(int iy, int pass) {
     const auto z = n * static_cast<std::int64_t>(std::lround(level * per_m));
     return Moments{n, n * ix, n * iy, n * ix * ix, n * ix * iy, n * iy * iy, z, z * ix, z * iy};
   };
-  std::vector<Moments> moments(static_cast<std::size_t>(columns_.end - columns_.begin));
-  const auto at = [&](int ix) -> Moments& { return moments[static_cast<std::size_t>(ix - columns_.begin)]; };
   Moments sum{};
   for (int ix{columns_.begin}; ix < columns_.end + reach_; ++ix) {
     const int removed{ix - 2 * reach_ - 1};
-    if (removed >= columns_.begin) sum.add(at(removed), -1);
-    if (ix < columns_.end) sum.add(at(ix) = moments_at(ix), 1);
+    if (removed >= columns_.begin) sum.add(moments_at(removed), -1);
+    if (ix < columns_.end) sum.add(moments_at(ix), 1);
     const int middle{ix - reach_};
     if (middle >= columns_.begin) moments_(middle, iy) = sum;
   }
 }
 
 void LowObstacles::fit_planes() {
-  std::vector<Moments> sums(static_cast<std::size_t>(columns_.end), Moments{});
+  std::fill_n(sums_.begin(), columns_.end, Moments{});
   for (int iy{rows_.begin - reach_}; iy < rows_.end; ++iy) {
     const int added{iy + reach_};
     const int removed{iy - reach_ - 1};
     for (int ix{columns_.begin}; ix < columns_.end; ++ix) {
-      Moments& sum{sums[static_cast<std::size_t>(ix)]};
+      Moments& sum{sums_[static_cast<std::size_t>(ix)]};
       if (added >= rows_.begin && added < rows_.end) sum.add(moments_(ix, added), 1);
       if (removed >= rows_.begin) sum.add(moments_(ix, removed), -1);
       if (iy < rows_.begin) continue;

@@ -66,7 +66,7 @@ class LowObstacles {
     state(memory_);
   }
   [[nodiscard]] std::size_t memory_bytes() const {
-    return memory_bytes_of(samples_, sample_counts_, sorted_, ends_, level_m_, noise_m_, moments_, planes_, seen_,
+    return memory_bytes_of(samples_, read_, sorted_, ranges_, level_m_, noise_m_, moments_, sums_, planes_, seen_,
                            memory_, moved_);
   }
 
@@ -83,6 +83,12 @@ class LowObstacles {
     std::int16_t z;     ///< 1/4096 m
     std::uint8_t east;  ///< place in the cell, 1/256
     std::uint8_t north;
+  };
+  /// Samples of a row of the image, and the box of the window that they are in.
+  struct RowRead {
+    int count;
+    Range columns;
+    Range rows;
   };
   /// Sums of a weighted fit z = g + a·x + b·y; x and y in cells of the window, z in 1/4096 m.
   struct Moments {
@@ -142,15 +148,16 @@ class LowObstacles {
   float origin_north_{0};
   float cos_{1};
   float sin_{0};
-  Range columns_{0, 0};
+  Range columns_{0, 0};  // box of the window that has samples
   Range rows_{0, 0};
-  Image<Sample> samples_;  // by row of the image
-  std::vector<int> sample_counts_;
+  Image<Sample> samples_;      // by row of the image
+  std::vector<RowRead> read_;  // by row of the image
   std::vector<Sample> sorted_;
-  std::vector<int> ends_;  // by cell: end of its samples in sorted_
-  Image<float> level_m_;   // median; NaN: none
+  Image<Range> ranges_;   // by cell: its samples in sorted_
+  Image<float> level_m_;  // median; NaN: none
   Image<float> noise_m_;
-  Image<Moments> moments_;  // sums along a row
+  Image<Moments> moments_;     // sums along a row
+  std::vector<Moments> sums_;  // of the cells of a row
   Image<Plane> planes_;
   Image<Seen> seen_;
   Image<Height> memory_;

@@ -288,7 +288,7 @@ TEST_F(ObjectLabels, Findings) {
   expect_refused(line(box), "id");
   expect_refused(line(R"("id": -1, )" + box), "'id' is not a whole number");
   expect_refused(line(R"("id": 1, "occluded": 9, )" + box), "'occluded'");
-  expect_refused(line(R"("id": 1, "kind": "car", "x_m": 1e9)"), "'x_m' is not a number of a size");
+  expect_refused(line(R"("id": 1, "kind": "car", "x_m": 1e9)"), "'x_m' is out of range");
   expect_refused(R"({"name": "1", "objects": {}})", "'objects' is not a list");
   expect_refused(R"({"name": "1", "objects": []})"
                  "\n"
