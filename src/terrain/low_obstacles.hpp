@@ -157,7 +157,7 @@ class LowObstacles {
   Image<float> level_m_;  // median; NaN: none
   Image<float> noise_m_;
   Image<Moments> moments_;     // sums along a row
-  std::vector<Moments> sums_;  // of the cells of a row
+  std::vector<Moments> sums_;  // moments of the cells of a row
   Image<Plane> planes_;
   Image<Seen> seen_;
   Image<Height> memory_;
