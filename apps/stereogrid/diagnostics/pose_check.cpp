@@ -148,8 +148,6 @@ std::optional<std::string> contradiction_of_poses(const Input& input) {
       has_place = is_placed;
     } catch (const InputError&) {  // reported where the frames are processed
       has_place = false;
-    } catch (const DeviceError&) {
-      has_place = false;
     }
   }
   return contradiction_of(steps);

@@ -142,6 +142,10 @@ void warn_of_frames(const io::RunRecord& record, const Input& input, const Pipel
   const Findings findings{
       findings_of(tally, {input, pipeline.config(), input.source->rig(), pipeline.next_rig(), frame_at})};
   for (const std::string& text : findings.texts) spdlog::warn("{}", text);
+}
+
+/// Logs where the poses of a complete run contradict the motion in its images.
+void warn_of_poses(const Input& input) {
   if (interrupted() != 0) return;
   if (const auto text{contradiction_of_poses(input)}) spdlog::warn("{}", *text);
 }
@@ -200,7 +204,9 @@ int run(const RunOptions& options) {
   if (!loop.is_complete() && !poses.takes_time()) loop.save_state();
   print_summary(record, loop.frames_per_second());
   warn_of_frames(record, input, pipeline);
-  return loop.is_complete() ? exit_done : stopped(options, record, loop);
+  if (!loop.is_complete()) return stopped(options, record, loop);
+  warn_of_poses(input);
+  return exit_done;
 }
 
 }  // namespace stereogrid::app
