@@ -27,6 +27,8 @@ constexpr float matched_share{0.7f};
 constexpr float matched_mean{0.53f};  ///< the same of its mean over frames
 /// Standard deviations of a sample's height that are noise.
 constexpr float sigmas{2.5f};
+/// Distance around tall obstacles: a walker moves as far in a frame, and the matcher smears as far.
+constexpr float tall_reach_m{0.2f};
 
 // Heights in units of what the matcher leaves of a step: bins of their histograms.
 constexpr int bins{128};
@@ -43,7 +45,7 @@ constexpr int samples_enough{30};     ///< samples of full weight, for the same 
 constexpr float prior_weight{0.1f};   ///< weight of level ground before any frame
 constexpr float obstacle_height{1};   ///< least mean height of an obstacle
 constexpr float height_sigma{0.24f};  ///< noise of a height with weight 1
-constexpr int frames_min{2};          ///< wrong matches are mostly in single frames
+constexpr int frames_min{4};          ///< wrong matches repeat in two or three
 
 }  // namespace
 
@@ -310,11 +312,12 @@ void LowObstacles::compare(int iy) {
 
 // Rays and the filter decide about tall things and the cells beside them, into which the matcher's window smears them.
 void LowObstacles::leave_tall_obstacles() {
+  const int reach{std::max(1, static_cast<int>(std::lround(tall_reach_m / cell_m_)))};
   for (int iy{rows_.begin}; iy < rows_.end; ++iy) {
     for (int ix{columns_.begin}; ix < columns_.end; ++ix) {
       if (!seen_(ix, iy).is_tall) continue;
-      for (int y{std::max(iy - 1, rows_.begin)}; y < std::min(iy + 2, rows_.end); ++y) {
-        for (int x{std::max(ix - 1, columns_.begin)}; x < std::min(ix + 2, columns_.end); ++x) {
+      for (int y{std::max(iy - reach, rows_.begin)}; y <= std::min(iy + reach, rows_.end - 1); ++y) {
+        for (int x{std::max(ix - reach, columns_.begin)}; x <= std::min(ix + reach, columns_.end - 1); ++x) {
           seen_(x, y).is_beside_tall = true;
           seen_(x, y).is_high = false;
         }

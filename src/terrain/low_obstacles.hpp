@@ -112,7 +112,7 @@ class LowObstacles {
   struct Height {
     float weight{0};
     float weighted{0};
-    int frames{0};  ///< frames that have seen a thing, up to two
+    int frames{0};  ///< frames that have seen a thing, up to four
   };
 
   template <class ForRanges, class Work>
