@@ -45,7 +45,6 @@ constexpr int samples_enough{30};     ///< samples of full weight, for the same 
 constexpr float prior_weight{0.1f};   ///< weight of level ground before any frame
 constexpr float obstacle_height{1};   ///< least mean height of an obstacle
 constexpr float height_sigma{0.24f};  ///< noise of a height with weight 1
-constexpr int frames_min{4};          ///< wrong matches repeat in two or three
 
 }  // namespace
 
@@ -283,9 +282,8 @@ void LowObstacles::compare(int iy) {
     const float slope{std::min(std::hypot(plane.east, plane.north) / cell_m_, limits_.slope)};
     const float range_noise{noise * x / camera_.height_m};
     const float row_m{camera_.tangent_per_v * x};
-    const float of_face_m{step_m - lost_rows_ * row_m};
-    const float matched_m{std::max(matched_mean * step_m, of_face_m)};
-    const float least{std::max({matched_share * step_m, of_face_m, sigmas * noise, 2 * slope * range_noise})};
+    const float matched_m{matched_step_m(row_m)};
+    const float least{std::max({matched_share * step_m, matched_m, sigmas * noise, 2 * slope * range_noise})};
     const float east_m{plane.east / 256};
     const float north_m{plane.north / 256};
     const float middle_m{plane.z - 127.5f * (east_m + north_m)};
@@ -303,25 +301,53 @@ void LowObstacles::compare(int iy) {
     int bin{bins - 1};
     for (int above{histogram[bins - 1]}; 10 * above < static_cast<int>(samples.size());)
       above += histogram[static_cast<std::size_t>(--bin)];
-    const float fewest{std::max(3.0f, 0.1f * step_m * cell_m_ / (row_m * row_m * static_cast<float>(column_step_)))};
-    seen = {static_cast<std::int16_t>(std::min(static_cast<int>(samples.size()), samples_enough)),
-            static_cast<float>(high) >= fewest, tall >= 2, false,
+    const float fewest{std::max(3.0f, 0.1f * face_samples(row_m))};
+    seen = {std::min(static_cast<int>(samples.size()), samples_enough),
+            high,
+            static_cast<float>(high) >= fewest,
+            tall >= 2,
+            false,
             lowest_bin + (static_cast<float>(bin) + 0.5f) / bins_per_step};
   }
 }
 
+float LowObstacles::matched_step_m(float row_m) const {
+  return std::max(matched_mean * limits_.step_m, limits_.step_m - lost_rows_ * row_m);
+}
+
+float LowObstacles::face_samples(float row_m) const {
+  return matched_step_m(row_m) * cell_m_ / (row_m * row_m * static_cast<float>(column_step_));
+}
+
+// Wrong matches are smaller than stones: the cell and those around it have as many high samples as the face of a step
+// that is a cell wide.
+bool LowObstacles::is_small(int ix, int iy) const {
+  int high{0};
+  for (int y{std::max(iy - 1, rows_.begin)}; y <= std::min(iy + 1, rows_.end - 1); ++y) {
+    for (int x{std::max(ix - 1, columns_.begin)}; x <= std::min(ix + 1, columns_.end - 1); ++x)
+      high += seen_(x, y).high;
+  }
+  return static_cast<float>(high) < face_samples(camera_.tangent_per_v * places_.x_of(ix, iy));
+}
+
 // Rays and the filter decide about tall things and the cells beside them, into which the matcher's window smears them.
-void LowObstacles::leave_tall_obstacles() {
+void LowObstacles::leave_tall_obstacles(int ix, int iy) {
   const int reach{std::max(1, static_cast<int>(std::lround(tall_reach_m / cell_m_)))};
+  for (int y{std::max(iy - reach, rows_.begin)}; y <= std::min(iy + reach, rows_.end - 1); ++y) {
+    for (int x{std::max(ix - reach, columns_.begin)}; x <= std::min(ix + reach, columns_.end - 1); ++x) {
+      seen_(x, y).is_beside_tall = true;
+      seen_(x, y).is_high = false;
+    }
+  }
+}
+
+void LowObstacles::check() {
   for (int iy{rows_.begin}; iy < rows_.end; ++iy) {
     for (int ix{columns_.begin}; ix < columns_.end; ++ix) {
-      if (!seen_(ix, iy).is_tall) continue;
-      for (int y{std::max(iy - reach, rows_.begin)}; y <= std::min(iy + reach, rows_.end - 1); ++y) {
-        for (int x{std::max(ix - reach, columns_.begin)}; x <= std::min(ix + reach, columns_.end - 1); ++x) {
-          seen_(x, y).is_beside_tall = true;
-          seen_(x, y).is_high = false;
-        }
-      }
+      Seen& seen{seen_(ix, iy)};
+      if (seen.is_tall) leave_tall_obstacles(ix, iy);
+      if ((seen.is_high || seen.height > obstacle_height) && is_small(ix, iy)) seen.count = 0;
+      seen.is_high = seen.is_high && seen.count > 0;
     }
   }
 }
@@ -344,7 +370,6 @@ void LowObstacles::remember() {
         height.weight *= kept_of_level;
         height.weighted *= kept_of_level;
       }
-      if (seen.height > obstacle_height) height.frames = std::min(height.frames + 1, frames_min);
       height.weight += weight;
       height.weighted += weight * seen.height;
     }
@@ -353,7 +378,7 @@ void LowObstacles::remember() {
 
 bool LowObstacles::is_obstacle(const Height& height) const {
   const float weight{height.weight + prior_weight};
-  return height.frames == frames_min && height.weighted / weight > obstacle_height + height_sigma / std::sqrt(weight);
+  return height.weighted / weight > obstacle_height + height_sigma / std::sqrt(weight);
 }
 
 }  // namespace stereogrid

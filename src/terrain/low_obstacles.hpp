@@ -38,7 +38,7 @@ class LowObstacles {
       fit_planes();
     }
     for_rows(for_ranges, [&](int iy) { compare(iy); });
-    leave_tall_obstacles();
+    check();
   }
 
   /// The last find() shows something in the cell that is higher than the ground around it.
@@ -103,7 +103,8 @@ class LowObstacles {
     float north;
   };
   struct Seen {
-    std::int16_t count;  ///< samples
+    int count;  ///< samples, up to what is enough; 0: none, or wrong ones
+    int high;   ///< samples over the ground
     bool is_high;
     bool is_tall;         ///< rays show it
     bool is_beside_tall;  ///< it or a neighbour is
@@ -112,7 +113,6 @@ class LowObstacles {
   struct Height {
     float weight{0};
     float weighted{0};
-    int frames{0};  ///< frames that have seen a thing, up to four
   };
 
   template <class ForRanges, class Work>
@@ -133,7 +133,13 @@ class LowObstacles {
   void sum_along(int iy, int pass);
   void fit_planes();
   void compare(int iy);
-  void leave_tall_obstacles();
+  /// Height that the matcher leaves of a step, where a row of the image is row_m high.
+  [[nodiscard]] float matched_step_m(float row_m) const;
+  /// Samples of the face of such a step that is a cell wide.
+  [[nodiscard]] float face_samples(float row_m) const;
+  [[nodiscard]] bool is_small(int ix, int iy) const;
+  void leave_tall_obstacles(int ix, int iy);
+  void check();
 
   TerrainLimits limits_;
   float cell_m_;
