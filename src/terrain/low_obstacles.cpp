@@ -268,13 +268,35 @@ void LowObstacles::fit_planes() {
   }
 }
 
+// Height of the ground just before the cell over its plane, where that is lower by more than its noise: a long kerb
+// tilts the plane through both of its levels.
+float LowObstacles::fall_before(int ix, int iy, const Plane& plane) const {
+  constexpr int cells{3};
+  const float east{static_cast<float>(ix) + 0.5f - origin_east_};
+  const float north{static_cast<float>(iy) + 0.5f - origin_north_};
+  const float per_cell{1 / std::max(std::hypot(east, north), 1.0f)};
+  float sum_m{0};
+  int count{0};
+  for (int k{1}; k <= cells; ++k) {
+    const int x{ix - static_cast<int>(std::lround(static_cast<float>(k) * east * per_cell))};
+    const int y{iy - static_cast<int>(std::lround(static_cast<float>(k) * north * per_cell))};
+    if (!is_within(x, y) || std::isnan(level_m_(x, y))) continue;
+    sum_m +=
+        level_m_(x, y) - plane.z - plane.east * static_cast<float>(x - ix) - plane.north * static_cast<float>(y - iy);
+    ++count;
+  }
+  const float mean_m{count > 0 ? sum_m / static_cast<float>(count) : 0.0f};
+  return mean_m < -noise_m_(ix, iy) ? mean_m : 0.0f;
+}
+
 // Heights over the plane at the samples' own places.
 void LowObstacles::compare(int iy) {
   const float step_m{limits_.step_m};
   for (int ix{columns_.begin}; ix < columns_.end; ++ix) {
     Seen& seen{seen_(ix, iy)};
     seen = {};
-    const Plane plane{planes_(ix, iy)};
+    Plane plane{planes_(ix, iy)};
+    plane.z += fall_before(ix, iy, plane);
     const std::span<const Sample> samples{samples_of(ix, iy)};
     if (std::isnan(plane.z) || samples.empty()) continue;
     const float x{places_.x_of(ix, iy)};

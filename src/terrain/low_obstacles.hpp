@@ -103,7 +103,7 @@ class LowObstacles {
     float north;
   };
   struct Seen {
-    int count;  ///< samples, up to what is enough; 0: none, or wrong ones
+    int count;  ///< samples, up to samples_enough; 0: none, or wrong ones
     int high;   ///< samples over the ground
     bool is_high;
     bool is_tall;         ///< rays show it
@@ -133,6 +133,7 @@ class LowObstacles {
   void sum_along(int iy, int pass);
   void fit_planes();
   void compare(int iy);
+  [[nodiscard]] float fall_before(int ix, int iy, const Plane& plane) const;
   /// Height that the matcher leaves of a step, where a row of the image is row_m high.
   [[nodiscard]] float matched_step_m(float row_m) const;
   /// Samples of the face of such a step that is a cell wide.
