@@ -57,17 +57,16 @@ def literal(value) -> str:
 
 
 def measurement_json(measurement: dict) -> str:
-    """With a row of a table per line."""
-    lines = [f" {literal(field)}: {literal(measurement[field])}" for field in FIELDS if field != "tables"]
-    tables = []
-    for table in measurement["tables"]:
-        rows = ",\n".join("    [" + ", ".join(map(literal, row)) + "]" for row in table["rows"])
-        tables.append(f'  {{"title": {literal(table["title"])},\n   "columns": {literal(table["columns"])},\n'
-                      f'   "rows": [\n{rows}]}}')
-    lines.append(' "tables": [\n' + ",\n".join(tables) + "]")
-    if measurement.get("notes"):
-        lines.append(' "notes": [\n' + ",\n".join("  " + literal(note) for note in measurement["notes"]) + "]")
-    return "{\n" + ",\n".join(lines) + "\n}"
+    """Its texts in the first line, then a table or note per line."""
+    def in_lines(values: list) -> str:
+        return "[" + ",".join(f"\n  {value}" for value in values) + "]"
+
+    texts = [f"{literal(field)}: {literal(measurement[field])}" for field in FIELDS if field != "tables"]
+    tables = [f'{{"title": {literal(table["title"])}, "columns": {literal(table["columns"])}, "rows": ['
+              + ", ".join("[" + ", ".join(map(literal, row)) + "]" for row in table["rows"]) + "]}"
+              for table in measurement["tables"]]
+    notes = [f'"notes": {in_lines(map(literal, measurement["notes"]))}'] if measurement.get("notes") else []
+    return "{" + ",\n ".join([", ".join(texts), f'"tables": {in_lines(tables)}', *notes]) + "}"
 
 
 def save(measurements: dict) -> None:
