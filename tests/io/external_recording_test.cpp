@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Recordings that give disparities instead of right images.
 #include "stereogrid/io/image_file.hpp"
-#include "stereogrid/io/opencv_matcher.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "support.hpp"
 
@@ -153,26 +152,6 @@ TEST_F(GivenRecording, FoldersThatCannotBeUsed) {
                {"no left image has a disparity one", "left and others"});
   put(folder_ / "disparity" / "a.npy", "");
   expect_error([&] { static_cast<void>(open("")); }, {"a.", "another image of the same name"});
-}
-
-TEST(OpencvMatcher, FindsThePlanesDisparity) {
-  const StereoFrame pair{textured_pair(200, 120, 9)};
-  for (const OpencvMatcher matcher : {OpencvMatcher::block, OpencvMatcher::semi_global}) {
-    const Image<float> disparity{match_with_opencv(matcher, pair.left, pair.right, 20)};
-    int right{0};
-    for (int v{20}; v < 100; ++v) {
-      for (int u{60}; u < 180; ++u) right += std::abs(disparity(u, v) - 9) < 0.5F ? 1 : 0;
-    }
-    EXPECT_GT(right, 0.95 * 80 * 120);
-    EXPECT_EQ(disparity(0, 60), 0) << "the right camera does not see the left border";
-  }
-}
-
-TEST(OpencvMatcher, TooSmallAnImageHasNoDisparities) {
-  const StereoFrame pair{textured_pair(40, 15, 3)};
-  for (const OpencvMatcher matcher : {OpencvMatcher::block, OpencvMatcher::semi_global}) {
-    EXPECT_EQ(match_with_opencv(matcher, pair.left, pair.right, 64), (Image<float>{40, 15}));
-  }
 }
 
 }  // namespace

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <opencv2/calib3d.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "stereogrid/io/opencv_matcher.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/scenes/scene.hpp"
 #include "support.hpp"
@@ -112,7 +112,15 @@ TEST(Odometry, BearsMissingFrames) {
 TEST(Odometry, TakesGivenDisparities) {
   std::vector<StereoFrame> frames{drive()};
   for (StereoFrame& frame : frames) {
-    frame.disparity = match_with_opencv(OpencvMatcher::semi_global, frame.left, frame.right, 64);
+    const auto mat_of = [](Image<std::uint8_t>& image) {
+      return cv::Mat{image.height(), image.width(), CV_8UC1, image.data()};
+    };
+    cv::Mat sixteenths;  // OpenCV's fixed point; negative: none
+    cv::StereoSGBM::create(0, 64, 5, 200, 800, 1, 0, 10, 100, 2)
+        ->compute(mat_of(frame.left), mat_of(frame.right), sixteenths);
+    frame.disparity = Image<float>{frame.left.width(), frame.left.height()};
+    std::transform(sixteenths.begin<std::int16_t>(), sixteenths.end<std::int16_t>(), frame.disparity.data(),
+                   [](std::int16_t d) { return d > 0 ? static_cast<float>(d) / 16 : 0.0F; });
     frame.right = {};
   }
   EXPECT_LT(length_m(drift(frames, steps_of(frames, rig_of(street)))), 0.02 * way_m(frames));
