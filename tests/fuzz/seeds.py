@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""Writes the fuzz targets' seeds, which are kept in seeds/*.txt.
+"""Writes the fuzz targets' seeds, which are kept in seeds.txt.
 
 seeds.py FOLDER                   writes FOLDER/TARGET/NAME for every seed; other files there are deleted
 seeds.py --add TARGET NAME FILE   keeps FILE as a seed, such as an input that a fuzzer found
 
 A seed begins with a line "==== TARGET/NAME". Text follows with \\xNN for bytes that are no printable UTF-8 and \\\\ for a
-backslash; "open" in the first line: without the last end of line. "packed": base64 of zlib's bytes follows.
+backslash; "open" in the first line: without the last end of line. "packed": base64 of zlib's bytes follows. So are
+seeds of more than a few lines.
 """
 import base64
 import re
@@ -16,9 +17,10 @@ import sys
 import zlib
 from pathlib import Path
 
-SEEDS = Path(__file__).resolve().parent / "seeds"
+SEEDS = Path(__file__).resolve().parent / "seeds.txt"
 HEAD = "==== "
 WIDTH = 120
+LINES_MAX = 8
 
 
 def escaped(data: bytes) -> str:
@@ -33,7 +35,7 @@ def unescaped(text: str) -> bytes:
 
 def encode(name: str, data: bytes) -> str:
     text = escaped(data)
-    if len(text) > 1.5 * len(data):
+    if len(text) > 1.5 * len(data) or text.count("\n") > LINES_MAX:
         packed = base64.b64encode(zlib.compress(data, 9)).decode("ascii")
         return f"{HEAD}{name} packed\n" + "".join(packed[start:start + WIDTH] + "\n" for start in range(0, len(packed), WIDTH))
     return f"{HEAD}{name}\n{text}" if text.endswith("\n") else f"{HEAD}{name} open\n{text}\n"
@@ -53,15 +55,13 @@ def seeds(text: str) -> "dict[str, bytes]":
 
 def write(folder: Path) -> None:
     shutil.rmtree(folder, ignore_errors=True)
-    for file in sorted(SEEDS.glob("*.txt")):
-        for name, data in seeds(file.read_text(encoding="utf-8")).items():
-            (folder / name).parent.mkdir(parents=True, exist_ok=True)
-            (folder / name).write_bytes(data)
+    for name, data in seeds(SEEDS.read_text(encoding="utf-8")).items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(data)
 
 
 def add(target: str, name: str, data: bytes) -> None:
-    with_target = [file for file in SEEDS.glob("*.txt") if f"{HEAD}{target}/" in file.read_text(encoding="utf-8")]
-    with (with_target or [SEEDS / f"{target}.txt"])[0].open("a", encoding="utf-8") as file:
+    with SEEDS.open("a", encoding="utf-8") as file:
         file.write(encode(f"{target}/{name}", data))
 
 
