@@ -1,13 +1,15 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""examples/python/, each as a user would call it."""
+"""The programs of examples/python/ and the snippets of docs/python.md, as a user would call them."""
 
 from __future__ import annotations
 
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 from conftest import ROOT
@@ -15,6 +17,7 @@ from conftest import ROOT
 import stereogrid as sg
 
 EXAMPLES = ROOT / "examples/python"
+PAGE = ROOT / "docs/python.md"
 pytestmark = pytest.mark.skipif(not EXAMPLES.exists(), reason="no examples here")
 
 
@@ -51,3 +54,19 @@ def test_score_lidar(kitti: Path, tmp_path: Path) -> None:
     text = call("score_lidar.py", tmp_path / "run")
     assert "4 frames of preset default" in text
     assert re.search(r"^occupancy 3-20: .*'missed': 0\.\d", text, re.M)
+
+
+def test_snippets(drive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    if not PAGE.exists():
+        pytest.skip("no docs here")
+    shutil.copytree(drive, tmp_path / "drive")
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, Any] = {}
+    snippets = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
+    assert len(snippets) >= 6
+    for snippet in snippets:
+        if "plot" in snippet:
+            pytest.importorskip("matplotlib").use("Agg")
+        exec(compile(snippet, str(PAGE), "exec"), names)
+    assert (tmp_path / "frame.png").stat().st_size > 10_000
+    assert (tmp_path / "run/run.json").exists() and (tmp_path / "street/truth").is_dir()
