@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "chain.hpp"
-#include "limits.hpp"
 #include "stereogrid/error.hpp"
 
 namespace {

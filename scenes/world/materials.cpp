@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "world/materials.hpp"
+#include "world/world.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -2,16 +2,71 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <limits>
 #include <optional>
 
 #include "clamped_to_int.hpp"
-#include "motion/scaled_patch.hpp"
+#include "images/patch.hpp"
 
 namespace stereogrid {
+
+/// A patch of an image at another scale: that of the next image, where the thing is nearer or farther away.
+class ScaledPatch {
+ public:
+  static constexpr int centre_u{patch_reach_u + 1};
+  static constexpr int centre_v{patch_reach_v + 1};
+
+  /// Takes the pixels around `place`, `scale` times as large, and one more to each side, for the gradients. False where
+  /// the surroundings of `place` are not inside the image.
+  [[nodiscard]] bool take(const View<const std::uint8_t>& image, Place place, float scale) {
+    const float step{1 / scale};
+    const auto first = [step](float at, int centre) { return at - step * static_cast<float>(centre); };
+    const auto is_inside = [&](float at, int centre, int size) {
+      return first(at, centre) >= 0 && at + step * static_cast<float>(centre) < static_cast<float>(size - 1);
+    };
+    if (!is_inside(place.u, centre_u, image.width) || !is_inside(place.v, centre_v, image.height)) return false;
+    std::array<Between, columns> across;
+    for (int i{0}; i < columns; ++i) {
+      across[static_cast<std::size_t>(i)] = Between{first(place.u, centre_u) + step * static_cast<float>(i)};
+    }
+    std::uint8_t* out{grey_.data()};
+    for (int j{0}; j < rows; ++j) {
+      const Between down{first(place.v, centre_v) + step * static_cast<float>(j)};
+      const std::uint8_t* const row{image.row(down.pixel)};
+      const std::uint8_t* const next{row + image.pitch};
+      for (const Between& u : across) {
+        *out++ = static_cast<std::uint8_t>(down.of(u.of(row), u.of(next)) + 0.5f);
+      }
+    }
+    return cut(grey(), {centre_u, centre_v}, 0, pixels_);
+  }
+  [[nodiscard]] const Template& pixels() const { return pixels_; }
+  [[nodiscard]] View<const std::uint8_t> grey() const { return {grey_.data(), columns, rows, columns}; }
+
+ private:
+  static constexpr int columns{2 * centre_u};
+  static constexpr int rows{2 * centre_v + 1};
+
+  /// A position between two pixels of a row or of a column.
+  struct Between {
+    Between() = default;
+    explicit Between(float at) : pixel{static_cast<int>(at)}, share_next{at - static_cast<float>(pixel)} {}
+
+    [[nodiscard]] float of(float grey, float next) const { return grey + share_next * (next - grey); }
+    [[nodiscard]] float of(const std::uint8_t* row) const { return of(row[pixel], row[pixel + 1]); }
+
+    int pixel{0};
+    float share_next{0};
+  };
+
+  std::array<std::uint8_t, static_cast<std::size_t>(columns) * rows> grey_;
+  Template pixels_;
+};
 
 inline int rounded(float value) {
   return clamped_to_int(std::round(value));

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/checks.hpp"
+#include "pipeline/frame_input.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -10,7 +10,6 @@
 
 #include "matching/checks/external.hpp"
 #include "memory_bytes.hpp"
-#include "pipeline/checks.hpp"
 #include "stereogrid/error.hpp"
 
 namespace stereogrid {

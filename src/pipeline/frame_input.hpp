@@ -6,11 +6,13 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "backend/cpu.hpp"
 #include "images/levelling.hpp"
 #include "motion/ego_motion.hpp"
 #include "pipeline/stages.hpp"
+#include "stereogrid/pipeline.hpp"
 #include "stereogrid/result.hpp"
 
 namespace stereogrid {
@@ -89,5 +91,14 @@ class FrameInput {
   Image<std::uint8_t> right_;
   Image<float> disparity_;
 };
+
+/// Throws ConfigError with all that a pipeline cannot be made of.
+void check(const Config& config, const Rig& rig, const PipelineOptions& options);
+
+/// Throws InputError where a frame's images, pose or other grids cannot be used.
+void check(const StereoFrame& frame, const FrameImages& images, const Rig& rig);
+
+/// Finite, and in a range with a resolution much finer than a cell.
+bool is_place(const Pose2& pose);
 
 }  // namespace stereogrid

@@ -12,7 +12,6 @@
 #include "backend/cpu.hpp"
 #include "matching/correlation/simd.hpp"
 #include "memory_bytes.hpp"
-#include "pipeline/checks.hpp"
 #include "pipeline/cuda_library.hpp"
 #include "pipeline/extrinsics.hpp"
 #include "pipeline/frame_input.hpp"

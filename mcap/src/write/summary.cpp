@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "write/summary.hpp"
+#include "write/open_chunk.hpp"
 
 #include <numeric>
 

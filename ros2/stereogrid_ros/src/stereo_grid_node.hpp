@@ -2,10 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <tf2_ros/buffer.h>
+#include <tf2_ros/transform_listener.h>
 #include <array>
 #include <atomic>
 #include <condition_variable>
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
+#include <exception>
 #include <functional>
 #include <map>
 #include <memory>
@@ -13,26 +18,69 @@
 #include <optional>
 #include <rclcpp/rclcpp.hpp>
 #include <rclcpp_lifecycle/lifecycle_node.hpp>
+#include <sensor_msgs/msg/camera_info.hpp>
+#include <sensor_msgs/msg/compressed_image.hpp>
+#include <sensor_msgs/msg/image.hpp>
+#include <span>
+#include <stereo_msgs/msg/disparity_image.hpp>
 #include <string>
 #include <thread>
 #include <vector>
 
-#include <tf2_ros/buffer.h>
-#include <tf2_ros/transform_listener.h>
-#include <sensor_msgs/msg/camera_info.hpp>
-#include <sensor_msgs/msg/compressed_image.hpp>
-#include <sensor_msgs/msg/image.hpp>
-#include <stereo_msgs/msg/disparity_image.hpp>
-
-#include "publisher_sink.hpp"
 #include "settings.hpp"
 #include "stereogrid/capture/camera_pair.hpp"
 #include "stereogrid/capture/frame_loop.hpp"
 #include "stereogrid/io/ros_image.hpp"
 #include "stereogrid/messages/frame_messages.hpp"
+#include "stereogrid/messages/sink.hpp"
 #include "stereogrid/odometry.hpp"
 
 namespace stereogrid_ros {
+
+/// Publishes encoded messages. Topics whose message package is not installed are left out with a warning.
+class PublisherSink final : public stereogrid::messages::Sink {
+ public:
+  /// `node` must outlive this object.
+  explicit PublisherSink(rclcpp_lifecycle::LifecycleNode& node) : node_{node} {}
+
+  std::uint32_t add(const stereogrid::messages::Channel& channel) override {
+    const rclcpp::QoS qos{channel.latched ? rclcpp::QoS{1}.transient_local() : rclcpp::QoS{10}};
+    Topic& topic{topics_.emplace_back(Topic{nullptr, channel.latched})};
+    try {
+      topic.publisher = node_.create_generic_publisher(channel.topic, std::string{channel.type}, qos);
+    } catch (const std::exception& error) {
+      RCLCPP_WARN(node_.get_logger(), "%s is not published: %s", channel.topic.c_str(), error.what());
+    }
+    return static_cast<std::uint32_t>(topics_.size() - 1);
+  }
+
+  [[nodiscard]] bool wants(std::uint32_t channel) const override {
+    const Topic& topic{topics_.at(channel)};
+    return topic.publisher && (topic.latched || topic.publisher->get_subscription_count() > 0);
+  }
+
+  void send(std::uint32_t channel, std::int64_t, std::span<const std::byte> cdr) override {
+    if (!topics_.at(channel).publisher) return;
+    message_.reserve(cdr.size());
+    rcl_serialized_message_t& bytes{message_.get_rcl_serialized_message()};
+    std::memcpy(bytes.buffer, cdr.data(), cdr.size());
+    bytes.buffer_length = cdr.size();
+    topics_.at(channel).publisher->publish(message_);
+  }
+
+  /// Removes all publishers, with their latched messages.
+  void clear() { topics_.clear(); }
+
+ private:
+  struct Topic {
+    rclcpp::GenericPublisher::SharedPtr publisher;  // empty: left out
+    bool latched;
+  };
+
+  rclcpp_lifecycle::LifecycleNode& node_;
+  std::vector<Topic> topics_;
+  rclcpp::SerializedMessage message_;  // its memory is reused
+};
 
 /// Subscribes to left/image_rect and left/camera_info, and to right/image_rect and right/camera_info, depth/image_rect
 /// or disparity; publishes grids while active.
