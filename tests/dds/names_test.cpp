@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <map>
 
-#include "../messages/types.hpp"
+#include "../messages/random_filler.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/messages/definition.hpp"
 #include "support.hpp"

@@ -14,7 +14,6 @@
 #include "stereogrid/messages/frame_messages.hpp"
 #include "stereogrid/pipeline.hpp"
 #include "stereogrid/scenes/scene.hpp"
-#include "types.hpp"
 
 namespace stereogrid::messages::test {
 namespace {

@@ -80,7 +80,7 @@ bool marks(const YAML::Node& source, float range) {
 }
 
 // Messages of a street with the default preset, scaled for Nav2.
-const Recorder& street() {
+const Recorder& driven_street() {
   static Recorder recorder;
   if (!recorder.sent.empty()) return recorder;
   const scenes::Scene scene{scenes::parse_scene("street?width=320&height=160&frames=12"), 2};
@@ -94,7 +94,8 @@ const Recorder& street() {
 }
 
 bool is_latched(const std::string& topic) {
-  return std::ranges::any_of(street().channels, [&](const auto& one) { return one.topic == topic && one.latched; });
+  return std::ranges::any_of(driven_street().channels,
+                             [&](const auto& one) { return one.topic == topic && one.latched; });
 }
 
 TEST(Nav2Example, AsksForTopicsThatAreThere) {
@@ -105,9 +106,9 @@ TEST(Nav2Example, AsksForTopicsThatAreThere) {
     ASSERT_TRUE(layer) << name;
     if (layer["plugin"].as<std::string>() != "nav2_costmap_2d::StaticLayer") continue;
     const auto topic{layer["map_topic"].as<std::string>()};
-    EXPECT_EQ(street().type_of(topic), OccupancyGrid::type_name);
+    EXPECT_EQ(driven_street().type_of(topic), OccupancyGrid::type_name);
     EXPECT_EQ(layer["map_subscribe_transient_local"].as<bool>(), is_latched(topic)) << topic;
-    const auto grid{street().last<OccupancyGrid>(topic)};
+    const auto grid{driven_street().last<OccupancyGrid>(topic)};
     EXPECT_EQ(grid.header.frame_id, node["global_frame"].as<std::string>()) << topic;
     EXPECT_LE(node["resolution"].as<float>(), grid.info.resolution) << "cells of the costmap would step over some";
     ++static_layers;
@@ -115,7 +116,7 @@ TEST(Nav2Example, AsksForTopicsThatAreThere) {
   EXPECT_EQ(static_layers, 3);
   const auto source{node["obstacles"]["observation_sources"].as<std::string>()};
   const YAML::Node scan{node["obstacles"][source]};
-  EXPECT_EQ(street().type_of(scan["topic"].as<std::string>()), LaserScan::type_name);
+  EXPECT_EQ(driven_street().type_of(scan["topic"].as<std::string>()), LaserScan::type_name);
 }
 
 TEST(Nav2Example, GivesEachProbabilityItsCost) {
@@ -156,7 +157,7 @@ TEST(Nav2Example, DoesNotLoseObstaclesUnderUnknownPredictions) {
 
 TEST(Nav2Example, AcceptsTheWindowAsItMoves) {
   std::set<double> corners;
-  for (const Recorder::Sent& one : street().sent) {
+  for (const Recorder::Sent& one : driven_street().sent) {
     if (one.topic != "/stereo_grid/occupancy_grid") continue;
     OccupancyGrid grid;
     decode(one.cdr, grid);
@@ -174,7 +175,7 @@ TEST(Nav2Example, AcceptsTheWindowAsItMoves) {
 TEST(Nav2Example, MarksObstaclesOfTheScanAndNothingElse) {
   const YAML::Node source{costmap()["obstacles"]["scan"]};
   const bool infinite_is_valid{source["inf_is_valid"].as<bool>()};
-  const auto scan{street().last<LaserScan>("/stereo_grid/scan")};
+  const auto scan{driven_street().last<LaserScan>("/stereo_grid/scan")};
   EXPECT_LT(source["obstacle_max_range"].as<float>(), scan.range_max);
   int marked{0};
   int cleared{0};
@@ -215,8 +216,8 @@ TEST(RvizConfiguration, ShowsTopicsThatArePublished) {
     ++displays;
     const std::string name{topic["Value"].as<std::string>()};
     const std::string kind{display["Class"].as<std::string>().substr(std::string{"rviz_default_plugins/"}.size())};
-    const auto channel{std::ranges::find(street().channels, name, &Channel::topic)};
-    ASSERT_NE(channel, street().channels.end()) << name;
+    const auto channel{std::ranges::find(driven_street().channels, name, &Channel::topic)};
+    ASSERT_NE(channel, driven_street().channels.end()) << name;
     EXPECT_EQ(channel->type, types.at(kind)) << name;
     EXPECT_EQ(topic["Durability Policy"].as<std::string>() == "Transient Local", channel->latched) << name;
   }

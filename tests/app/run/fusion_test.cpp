@@ -1,14 +1,57 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <string>
 #include <vector>
 
-#include "lidar_drive.hpp"
 #include "support.hpp"
 
 namespace stereogrid::app::testing {
+namespace {
+
+constexpr int ring_count{64};
+constexpr int beam_count{2000};
+
+/// Rings from left to right over a road; every second one of the upper rings, the odd ones, meets a wall 8 m ahead.
+std::vector<float> ringed_sweep() {
+  std::vector<float> scan;
+  for (int ring{0}; ring < ring_count; ++ring) {
+    const bool is_road{ring < 40 || ring % 2 == 0};
+    const double x{is_road ? 3 + 0.2 * (ring % 40) : 8};
+    const double z{is_road ? -1.65 : -1.6 + 0.08 * (ring - 40)};
+    for (int beam{0}; beam < beam_count; ++beam) {
+      const double y{10.0 * (1 - 2.0 * beam / beam_count)};
+      for (const double value : {x, y, z, 0.5}) scan.push_back(static_cast<float>(value));
+    }
+  }
+  return scan;
+}
+
+}  // namespace
+
+void put_lidar_drive(const fs::path& drive) {
+  run_well({"simulate", small_scene("empty", "&frames=3&focal=80&baseline=0.5&camera_height=1.65"), "--out",
+            (drive / "plain").string()});
+  fs::create_directories(drive / "velodyne");
+  fs::rename(drive / "plain" / "left", drive / "image_0");
+  fs::rename(drive / "plain" / "right", drive / "image_1");
+  std::ofstream{drive / "calib.txt"} << "P0: 80 0 80 0 0 80 50 0 0 0 1 0\nP1: 80 0 80 -40 0 80 50 0 0 0 1 0\n"
+                                        "Tr: 0 -1 0 0 0 0 -1 0 1 0 0 0\n";
+  std::ofstream{drive / "times.txt"} << "0.0\n0.1\n0.2\n";
+  const std::vector<float> scan{ringed_sweep()};
+  for (const char* name : {"000000", "000002"}) {
+    std::ofstream file{drive / "velodyne" / (std::string{name} + ".bin"), std::ios::binary};
+    file.write(reinterpret_cast<const char*>(scan.data()), static_cast<std::streamsize>(scan.size() * sizeof(float)));
+  }
+}
+
+/// Writes a drive of three frames in KITTI's odometry form over an empty road; the first and the last have a sweep. In
+/// it every second one of the upper rings, the odd ones, meets a wall 8 m ahead, which the images do not show.
+void put_lidar_drive(const std::filesystem::path& drive);
+
 namespace {
 
 using ::testing::HasSubstr;
@@ -82,6 +125,114 @@ TEST_F(Fusion, SaysWhatIsMissing) {
   EXPECT_THAT(error_text(copy.string(), {"--fuse", "lidar"}, 65), HasSubstr("does not say where the lidar is"));
   fs::remove_all(copy / "velodyne");
   EXPECT_THAT(error_text(copy.string(), {"--fuse", "lidar"}, 65), HasSubstr("has no lidar sweeps. Put KITTI's folder"));
+}
+
+constexpr double camera_height_m{1.2};
+
+/// Sweep of a level lidar at the camera's place: a road, and a wall of 4 m 8 m ahead, as (x, y, z).
+std::vector<float> sweep() {
+  std::vector<float> scan;
+  const auto add = [&](double x, double y, double z) {
+    for (const double value : {x, y, z, 0.5}) scan.push_back(static_cast<float>(value));
+  };
+  for (double x{4.02}; x < 8; x += 0.05) {
+    for (double y{-6}; y < 6; y += 0.1) add(x, y, -camera_height_m);
+  }
+  for (double z{-camera_height_m}; z < 1; z += 0.1) {
+    for (double y{-2}; y < 2; y += 0.05) add(8.1, y, z);
+  }
+  return scan;
+}
+
+/// A drive of six frames in KITTI's form, without extrinsics, with the sweep in each.
+void put_drive(const fs::path& drive, double pitch_deg) {
+  const std::string pitch{std::to_string(pitch_deg)};
+  run_well({"simulate",
+            "scene:empty?width=320&height=200&frames=6&focal=160&baseline=0.5&camera_height=1.2&pitch_deg=" + pitch,
+            "--out", (drive / "plain").string()});
+  fs::create_directories(drive / "velodyne");
+  fs::rename(drive / "plain" / "left", drive / "image_0");
+  fs::rename(drive / "plain" / "right", drive / "image_1");
+  const double s{std::sin(pitch_deg / 57.29577951308232)};
+  const double c{std::cos(pitch_deg / 57.29577951308232)};
+  // y = c·(−z) − s·x, z = s·(−z) + c·x of the pitched camera
+  std::ofstream{drive / "calib.txt"} << "P0: 160 0 160 0 0 160 100 0 0 0 1 0\nP1: 160 0 160 -80 0 160 100 0 0 0 1 0\n"
+                                     << "Tr: 0 -1 0 0 " << -s << " 0 " << -c << " 0 " << c << " 0 " << -s << " 0\n";
+  std::ofstream times{drive / "times.txt"};
+  const std::vector<float> scan{sweep()};
+  for (int i{0}; i < 6; ++i) {
+    times << 0.1 * i << "\n";
+    std::ofstream file{drive / "velodyne" / ("00000" + std::to_string(i) + ".bin"), std::ios::binary};
+    file.write(reinterpret_cast<const char*>(scan.data()), static_cast<std::streamsize>(scan.size() * sizeof(float)));
+  }
+}
+
+class FoundExtrinsics : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new TemporaryFolder;
+    put_drive(*folder_ / "drive", 8);
+    const std::string drive{(*folder_ / "drive").string()};
+    run_well({"run", drive, "--out", alone().string(), "--poses", "none"});
+    run_well({"run", drive, "--out", fused().string(), "--poses", "none", "--fuse", "lidar"});
+  }
+  static void TearDownTestSuite() { delete folder_; }
+  static fs::path alone() { return *folder_ / "alone"; }
+  static fs::path fused() { return *folder_ / "fused"; }
+
+  static TemporaryFolder* folder_;
+};
+
+TemporaryFolder* FoundExtrinsics::folder_{nullptr};
+
+/// Maximum of the observed grid's row straight ahead, `from_m` to `to_m`.
+float largest_ahead(const fs::path& run, const std::string& name, double from_m, double to_m) {
+  const Arrays grids{io::read_npz(run / "grids" / (name + ".npz"))};
+  const auto cells{grids.at("observed").to_image<float>()};
+  const float* const row{cells.row(cells.height() / 2)};
+  return *std::max_element(row + std::lround(from_m / 0.2), row + std::lround(to_m / 0.2));
+}
+
+TEST_F(FoundExtrinsics, StandsInTheLinesOfTheFrames) {
+  const std::vector<Json> lines = lines_of(alone());  // no braces: they would make a list of it
+  ASSERT_EQ(lines.size(), 6u);
+  EXPECT_EQ(lines[0]["status"], Json{"pose_missing"}) << "the first pair determines them";
+  EXPECT_NEAR(lines[0]["mount"]["camera_pitch_rad"].get<double>(), 8 / 57.29577951308232, 0.004);
+  EXPECT_NEAR(lines[5]["mount"]["camera_height_m"].get<double>(), camera_height_m, 0.03);
+  EXPECT_EQ(lines[5]["mount"], json_of(alone() / "run.json")["mount"]);
+}
+
+TEST_F(FoundExtrinsics, PlacesTheLidarThatIsFused) {
+  EXPECT_LT(largest_ahead(alone(), "000004", 7.4, 9), 0.5f);
+  EXPECT_GT(largest_ahead(fused(), "000004", 8, 8.4), 0.8f) << "the wall";
+  EXPECT_LT(largest_ahead(fused(), "000004", 4.4, 7.6), 0.5f) << "the road before it";
+}
+
+// With the calibration's extrinsics the road's returns rise by 1 m and more, and next to no cell is labelled.
+TEST_F(FoundExtrinsics, LabelsTheCells) {
+  const auto band_of = [&](const fs::path& run, const std::vector<std::string>& more) {
+    const std::string file{(run.parent_path() / "scores.json").string()};
+    std::vector<std::string> words{"evaluate", run.string(), "--json", file};
+    words.insert(words.end(), more.begin(), more.end());
+    run_well(words);
+    return json_of(file)["series"]["observed"]["bands"]["3-20"];
+  };
+  const Json found(band_of(alone(), {}));
+  // per frame: the wall's 20 cells or 21 across, and the cells of the road between 4 and 8 m
+  EXPECT_GE(found["occupied"].get<int>(), 6 * 20);
+  EXPECT_LE(found["occupied"].get<int>(), 6 * 2 * 21);
+  EXPECT_GT(found["cells"].get<int>() - found["occupied"].get<int>(), 6 * 20 * 35);
+  const Json with_lidar(band_of(fused(), {}));
+  EXPECT_EQ(with_lidar["cells"], found["cells"]);
+  EXPECT_GT(with_lidar["auc"]["value"].get<double>(), found["auc"]["value"].get<double>());
+
+  // the same returns before a level camera, whose calibration is right
+  put_drive(*folder_ / "level", 0);
+  const fs::path level{*folder_ / "level_run"};
+  run_well({"run", (*folder_ / "level").string(), "--out", level.string(), "--poses", "none"});
+  const Json expected(band_of(level, {"--camera-height", "1.2"}));
+  EXPECT_NEAR(found["occupied"].get<int>(), expected["occupied"].get<int>(), 0.1 * expected["occupied"].get<int>());
+  EXPECT_NEAR(found["cells"].get<int>(), expected["cells"].get<int>(), 0.05 * expected["cells"].get<int>());
 }
 
 }  // namespace

@@ -1,11 +1,21 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The ground of whole drives through scenes, whose road is flat and whose camera is where its rig says.
+// The ground of whole drives through scenes, whose road is flat and whose camera is where its rig says, level or
+// pitched.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "chain_run.hpp"
+#include "geometry/road_plane.hpp"
 #include "ground_drive.hpp"
+#include "stereogrid/level_mapping.hpp"
+#include "stereogrid/points.hpp"
 #include "stereogrid/scenes/scene.hpp"
+#include "support.hpp"
 
 namespace stereogrid::test {
 namespace {
@@ -89,6 +99,70 @@ TEST(GroundChain, AWallOverEverythingIsNoRoad) {
     EXPECT_NEAR(ground.height_m, scene.rig().camera_height_m, 0.03);
     EXPECT_NEAR(ground.pitch_rad / degree, 0, 0.3);
   }
+}
+
+constexpr double pitch_deg{5};
+
+struct PitchedDrive : testing::Test {
+  PitchedDrive() {
+    for (std::size_t i{0}; i < 3; ++i) result = &drive.step(i);
+  }
+
+  // Projection of a point of the road to the camera's image.
+  [[nodiscard]] ImagePoint in_camera(double x_m, double y_m) const {
+    const Rig& rig{drive.pipeline.next_rig()};
+    const double c{std::cos(rig.camera_pitch_rad)};
+    const double s{std::sin(rig.camera_pitch_rad)};
+    const double depth{s * rig.camera_height_m + c * x_m};
+    return {rig.cx_px - rig.focal_px * y_m / depth,
+            rig.cy_px + rig.focal_px * (c * rig.camera_height_m - s * x_m) / depth};
+  }
+
+  Drive drive{"street?width=400&height=250&frames=3&pitch_deg=5"};
+  const FrameResult* result{nullptr};
+};
+
+TEST_F(PitchedDrive, ARoadPointIsWhereTheGroundSays) {
+  const Rig level_rig{LevelMapping{drive.pipeline.next_rig()}.level_rig()};
+  const LevelMapping mapping{drive.pipeline.next_rig()};
+  ASSERT_NEAR(drive.pipeline.next_rig().camera_pitch_rad, pitch_deg * degree, 1e-9);
+  ASSERT_EQ(level_rig, mapping.level_rig());
+  ASSERT_TRUE(result->ground.estimated);
+  const RoadPlane road{road_plane(level_rig, result->ground)};
+  const RoadPlane of_the_camera{road_plane(drive.pipeline.next_rig(), result->ground)};
+  int matched{0};
+  for (double x_m{5}; x_m < 13; x_m += 0.5) {
+    for (const double y_m : {-1.5, -0.5, 0.5, 1.5}) {
+      const ImagePoint camera{in_camera(x_m, y_m)};
+      const std::optional<ImagePoint> level{mapping.level_from_camera(camera)};
+      ASSERT_TRUE(level);
+      const double disparity{level_rig.focal_px * level_rig.baseline_m / x_m};
+      EXPECT_NEAR(road.disparity(level->u, level->v), disparity, 0.1) << x_m << " " << y_m;
+      EXPECT_GT(std::abs(of_the_camera.disparity(camera.u, camera.v) - disparity), 1) << "the wrong rig would do, too";
+      const float found{result->stages.road_disparity(static_cast<int>(std::lround(level->u)),
+                                                      static_cast<int>(std::lround(level->v)))};
+      if (found == 0) continue;
+      ++matched;
+      EXPECT_NEAR(found, disparity, 1);
+    }
+  }
+  EXPECT_GT(matched, 20);
+}
+
+TEST_F(PitchedDrive, PointsOfTheRoadLieOnIt) {
+  const std::vector<LabelledPoint> points{points_of(*result, result->level_rig)};
+  std::vector<float> heights_m;
+  for (const LabelledPoint& point : points) {
+    if (point.label == PointLabel::road && point.x_m < 10) heights_m.push_back(std::abs(point.z_m));
+  }
+  ASSERT_GT(heights_m.size(), 1000u);
+  const auto middle = heights_m.begin() + static_cast<std::ptrdiff_t>(heights_m.size() / 2);
+  std::nth_element(heights_m.begin(), middle, heights_m.end());
+  EXPECT_LT(*middle, 0.03);
+  const auto is_high = [](const LabelledPoint& point) {
+    return point.label == PointLabel::obstacle && point.z_m > 0.3;
+  };
+  EXPECT_GT(std::ranges::count_if(points, is_high), 1000);
 }
 
 }  // namespace

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "../../messages/random_filler.hpp"
-#include "../../messages/types.hpp"
 #include "stereogrid/messages/cdr.hpp"
 #include "stereogrid/messages/definition.hpp"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string>
 
-#include "../messages/types.hpp"
+#include "../messages/random_filler.hpp"
 #include "stereogrid/messages/cdr.hpp"
 #include "targets.hpp"
 

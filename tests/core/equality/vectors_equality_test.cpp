@@ -1,0 +1,235 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Patches, medians of sectors, places in the polar grid and evidence of velocities: vectors on every instruction set of
+// this machine against plain loops.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <optional>
+#include <random>
+#include <utility>
+#include <vector>
+
+#include "backend/cpu.hpp"
+#include "backend/reference.hpp"
+#include "filter_run.hpp"
+#include "geometry/relief.hpp"
+#include "images/patch.hpp"
+#include "plain_places.hpp"
+#include "targets.hpp"
+#include "terrain/medians.hpp"
+
+namespace stereogrid::test {
+namespace {
+
+constexpr int width{64};
+constexpr int height{40};
+// not the width: rows must not be taken for neighbours in memory
+constexpr int pitch{71};
+
+struct Random {
+  std::mt19937 generator;
+
+  float between(float least, float most) { return std::uniform_real_distribution<float>{least, most}(generator); }
+  // on a pixel now and then, in one or both directions
+  float place(float most) {
+    const float any{between(-3, most + 3)};
+    return generator() % 3 == 0 ? std::round(any) : any;
+  }
+  float shear() { return generator() % 2 == 0 ? 0.0f : between(-0.8f, 0.8f); }
+};
+
+Image<std::uint8_t> smooth_noise(Random& random) {
+  Image<std::uint8_t> image{pitch, height};
+  for (int v{0}; v < height; ++v) {
+    for (int u{0}; u < pitch; ++u) {
+      const double wave{50 * std::sin(0.4 * u + 0.3 * v) + 40 * std::cos(0.5 * v - 0.2 * u)};
+      image(u, v) = static_cast<std::uint8_t>(120 + wave + random.between(0, 20));
+    }
+  }
+  return image;
+}
+
+View<const std::uint8_t> part_of(const Image<std::uint8_t>& image) {
+  return {image.data(), width, height, pitch};
+}
+
+void expect_equal(const Template& expected, const Template& actual) {
+  EXPECT_EQ(expected.grey, actual.grey);
+  EXPECT_EQ(expected.gradient_u, actual.gradient_u);
+  EXPECT_EQ(expected.gradient_v, actual.gradient_v);
+  EXPECT_EQ(expected.uu, actual.uu);
+  EXPECT_EQ(expected.uv, actual.uv);
+  EXPECT_EQ(expected.vv, actual.vv);
+  EXPECT_EQ(expected.variance, actual.variance);
+}
+
+TEST(PatchEquality, OnEveryInstructionSet) {
+  for (const std::int64_t target : vector_targets()) {
+    const ForcedTarget forced{target};
+    Random random{std::mt19937{7}};
+    int cut_out{0};
+    int found_again{0};
+    const Image<std::uint8_t> image{smooth_noise(random)};
+    for (int i{0}; i < 2000; ++i) {
+      const Place at{random.place(width), random.place(height)};
+      const float shear{random.shear()};
+      Template expected;
+      Template actual;
+      const bool is_inside{plain::cut(part_of(image), at, shear, expected)};
+      ASSERT_EQ(is_inside, cut(part_of(image), at, shear, actual)) << at.u << " " << at.v;
+      if (!is_inside) continue;
+      ++cut_out;
+      expect_equal(expected, actual);
+      const Place start{at.u + random.between(-2, 2), at.v + random.between(-2, 2)};
+      const FindLimits limits{static_cast<int>(random.generator() % 6)};
+      const std::optional<Place> there{plain::find(part_of(image), expected, shear, start, limits)};
+      const std::optional<Place> found{find(part_of(image), actual, shear, start, limits)};
+      ASSERT_EQ(there.has_value(), found.has_value());
+      if (!there) continue;
+      ++found_again;
+      EXPECT_EQ(there->u, found->u);
+      EXPECT_EQ(there->v, found->v);
+    }
+    EXPECT_GT(cut_out, 500);
+    EXPECT_GT(found_again, 200);
+  }
+}
+
+TEST(MediansEquality, OnEveryInstructionSet) {
+  std::mt19937 random{5};
+  for (const auto& [columns, rows_count] : {std::pair{5, 9}, {8, 1}, {16, 7}, {31, 8}, {64, 33}, {40, 100}}) {
+    Image<float> obstacle{columns, rows_count};
+    Image<float> road{columns, rows_count};
+    for (int i{0}; i < columns * rows_count; ++i) {
+      Image<float>& one{random() % 2 == 0 ? obstacle : road};
+      if (random() % 3 != 0) one(i % columns, i / columns) = static_cast<float>(1 + random() % 60) / 4;
+    }
+    const View<const float> obstacles{std::as_const(obstacle).view()};
+    const View<const float> roads{std::as_const(road).view()};
+    for (int sector{0}; sector < relief_sectors(columns); ++sector) {
+      const int column{sector * sector_px};
+      const int first_row{static_cast<int>(random() % static_cast<unsigned>(rows_count + 1))};
+      const auto rows = static_cast<std::size_t>(rows_count - first_row);
+      std::vector<float> expected(rows);
+      plain::find_medians(obstacles, roads, column, {first_row, rows_count}, expected.data());
+      for (const std::int64_t target : vector_targets()) {
+        const ForcedTarget forced{target};
+        std::vector<float> actual(rows);
+        find_medians(obstacles, roads, column, {first_row, rows_count}, actual.data());
+        EXPECT_EQ(expected, actual) << name_of_target(target) << ", " << columns << " px";
+      }
+    }
+  }
+}
+
+constexpr PolarGeometry camera{410, 123, 256.5F, 512, 63, 0.1F, 1040, 16};
+
+TEST(PolarPlacesEquality, OnEveryInstructionSet) {
+  const GridGeometry grid{-4, -12, 0.2, 120, 120};
+  for (const double yaw_rad : {0.0, 0.7, -2.9}) {
+    const CellPlaces cells{grid_in_vehicle(grid, {0.3, -0.1, yaw_rad}), {0, 0}, 1};
+    for (const std::int64_t target : vector_targets()) {
+      const ForcedTarget forced{target};
+      SCOPED_TRACE(name_of_target(target));
+      for (int iy{0}; iy < grid.ny; iy += 7) {
+        for (const int step : {1, 5}) {
+          PolarPlaces places{};
+          find_places(camera, cells, 3, step, iy, places);
+          const PolarPlaces expected{plain_places(camera, cells, 3, step, iy)};
+          EXPECT_EQ(places.x, expected.x);
+          EXPECT_EQ(places.ring, expected.ring);
+          EXPECT_EQ(places.first, expected.first);
+          EXPECT_EQ(places.last, expected.last);
+        }
+      }
+    }
+  }
+}
+
+struct World {
+  explicit World(int cells, unsigned seed) : config{config_of()}, tables{config}, state{cells, config} {
+    layers = grid_layers({0, 0, 0.2, cells, cells});
+    std::mt19937 random{seed};
+    std::uniform_real_distribution<float> share{0, 1};
+    for (float& p : state.occupancy) p = share(random);
+    layers.occupancy = state.occupancy;
+    for (int i{0}; i < cells * cells; ++i) {
+      const int x{i % cells};
+      const int y{i / cells};
+      state.standing(x, y) = share(random) * state.occupancy(x, y);
+    }
+    // every second block has masses, which are others than those spread evenly
+    for (int block{0}; block < state.blocks.layout().count(); block += 2) state.blocks.want(block);
+    allocate_marked_blocks(tables, state);
+    for (int block{0}; block < state.blocks.layout().count(); block += 2) {
+      for (int i{0}; i < 168 * block_cells; ++i) state.blocks.masses(block / 2)[i] *= 2 * share(random);
+    }
+  }
+
+  static FilterConfig config_of() {
+    FilterConfig config;
+    config.model = FilterModel::joint;
+    return config;
+  }
+
+  FilterConfig config;
+  FilterTables tables;
+  FilterState state;
+  GridLayers layers;
+};
+
+// About `percent` of the cells, the last one among them.
+std::vector<VelocityEvidence> some_evidence(int cells, unsigned percent, std::mt19937& random) {
+  std::uniform_real_distribution<float> unit{-1, 1};
+  std::vector<VelocityEvidence> evidence;
+  for (int cell{0}; cell < cells * cells; ++cell) {
+    if (random() % 100 >= percent && cell + 1 < cells * cells) continue;
+    evidence.push_back({cell, 10 * unit(random), 10 * unit(random), 2 + unit(random), unit(random), 2 + unit(random), 0,
+                        cell % 3 == 0 ? 1 : 0});
+  }
+  return evidence;
+}
+
+void expect_equal(const World& expected, const World& actual) {
+  EXPECT_EQ(actual.state.standing, expected.state.standing);
+  for (std::size_t k{0}; k < expected.tables.lattice.size(); ++k) {
+    EXPECT_EQ(masses_of(actual.state, k), masses_of(expected.state, k)) << k;
+  }
+  EXPECT_EQ(actual.layers.moving, expected.layers.moving);
+  EXPECT_EQ(actual.layers.velocity_x, expected.layers.velocity_x);
+  EXPECT_EQ(actual.layers.velocity_y, expected.layers.velocity_y);
+  EXPECT_EQ(actual.layers.velocity_xx, expected.layers.velocity_xx);
+  EXPECT_EQ(actual.layers.velocity_xy, expected.layers.velocity_xy);
+  EXPECT_EQ(actual.layers.velocity_yy, expected.layers.velocity_yy);
+}
+
+void compare_on_random_evidence() {
+  std::mt19937 random{11};
+  Reference reference;
+  for (const int cells : {3, 4, 29}) {
+    for (const unsigned percent : {2u, 30u, 100u}) {
+      World expected{cells, 5};
+      World actual{expected};
+      const std::vector<VelocityEvidence> evidence{some_evidence(cells, percent, random)};
+      weigh_velocities(reference, evidence, expected.tables, expected.state, expected.layers);
+      Cpu cpu{static_cast<int>(1 + percent % 3)};
+      WeighingWorkspace space{cells, actual.tables, cpu.threads()};
+      weigh_velocities(cpu, evidence, actual.tables, space, actual.state, actual.layers);
+      SCOPED_TRACE(testing::Message() << cells << " cells along a side, " << percent << " %");
+      expect_equal(expected, actual);
+    }
+  }
+}
+
+TEST(Evidence, CpuEqualsReferenceOnEveryTarget) {
+  for (const std::int64_t target : vector_targets()) {
+    SCOPED_TRACE(name_of_target(target));
+    const ForcedTarget forced{target};
+    compare_on_random_evidence();
+  }
+}
+
+}  // namespace
+}  // namespace stereogrid::test
