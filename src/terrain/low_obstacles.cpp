@@ -35,17 +35,6 @@ constexpr int bins{128};
 constexpr float bins_per_step{16};
 constexpr float lowest_bin{-2};
 
-// Memory of heights, in the same unit.
-constexpr float kept{0.95f};          ///< share per frame that sees the cell
-constexpr float kept_of_level{0.7f};  ///< share where it sees level ground
-constexpr float level_height{0.55f};  ///< level: lower than that
-constexpr float level_weight{0.1f};   ///< a frame with more weight sees the ground
-constexpr float weight_max{4};        ///< limit per frame: errors of frames are correlated
-constexpr int samples_enough{30};     ///< samples of full weight, for the same reason
-constexpr float prior_weight{0.1f};   ///< weight of level ground before any frame
-constexpr float obstacle_height{1};   ///< least mean height of an obstacle
-constexpr float height_sigma{0.24f};  ///< noise of a height with weight 1
-
 }  // namespace
 
 void LowObstacles::Moments::add(const Moments& of, std::int64_t times) {
@@ -79,8 +68,7 @@ LowObstacles::LowObstacles(const Rig& level_rig, const TerrainLimits& limits, do
       sums_(static_cast<std::size_t>(window_cells)),
       planes_{window_cells, window_cells},
       seen_{window_cells, window_cells},
-      memory_{window_cells, window_cells},
-      moved_{window_cells, window_cells} {}
+      memory_{window_cells} {}
 
 std::span<LowObstacles::Sample> LowObstacles::samples_of(int ix, int iy) {
   const Range range{ranges_(ix, iy)};
@@ -119,7 +107,7 @@ void LowObstacles::read_row(View<const float> obstacle, View<const float> road, 
   std::array<float, read_columns> easts;
   std::array<float, read_columns> norths;
   Sample* const samples{samples_.row(v)};
-  const int cells{memory_.width()};
+  const int cells{seen_.width()};
   const TerrainCamera camera{camera_};  // members might change with each store
   const float most_m{std::min(limits_.height_m, highest_m)};
   const float tangent{camera.tangent(0, static_cast<float>(v))};
@@ -158,7 +146,7 @@ void LowObstacles::read_row(View<const float> obstacle, View<const float> road, 
 }
 
 void LowObstacles::sort_samples(int first_row) {
-  const int cells{memory_.width()};
+  const int cells{seen_.width()};
   columns_ = rows_ = {cells, 0};
   const auto add = [](Range range, Range& sum) {
     sum = {std::min(sum.begin, range.begin), std::max(sum.end, range.end)};
@@ -324,7 +312,7 @@ void LowObstacles::compare(int iy) {
     for (int above{histogram[bins - 1]}; 10 * above < static_cast<int>(samples.size());)
       above += histogram[static_cast<std::size_t>(--bin)];
     const float fewest{std::max(3.0f, 0.1f * face_samples(row_m))};
-    seen = {std::min(static_cast<int>(samples.size()), samples_enough),
+    seen = {std::min(static_cast<int>(samples.size()), HeightMemory::samples_enough),
             high,
             static_cast<float>(high) >= fewest,
             tall >= 2,
@@ -368,7 +356,7 @@ void LowObstacles::check() {
     for (int ix{columns_.begin}; ix < columns_.end; ++ix) {
       Seen& seen{seen_(ix, iy)};
       if (seen.is_tall) leave_tall_obstacles(ix, iy);
-      if ((seen.is_high || seen.height > obstacle_height) && is_small(ix, iy)) seen.count = 0;
+      if ((seen.is_high || seen.height > HeightMemory::obstacle_height) && is_small(ix, iy)) seen.count = 0;
       seen.is_high = seen.is_high && seen.count > 0;
     }
   }
@@ -377,30 +365,14 @@ void LowObstacles::check() {
 void LowObstacles::remember() {
   for (int iy{rows_.begin}; iy < rows_.end; ++iy) {
     for (int ix{columns_.begin}; ix < columns_.end; ++ix) {
-      Height& height{memory_(ix, iy)};
-      if (seen_(ix, iy).count == 0) continue;
-      height.weight *= kept;
-      height.weighted *= kept;
       const Seen& seen{seen_(ix, iy)};
-      if (seen.is_beside_tall) {
-        height = {};
-        continue;
-      }
-      const float sigma{limits_.step_m / 8 / noise_m_(ix, iy)};
-      const float weight{std::min(sigma * sigma, weight_max) * static_cast<float>(seen.count) / samples_enough};
-      if (seen.height < level_height && weight > level_weight) {
-        height.weight *= kept_of_level;
-        height.weighted *= kept_of_level;
-      }
-      height.weight += weight;
-      height.weighted += weight * seen.height;
+      if (seen.count == 0) continue;
+      if (seen.is_beside_tall)
+        memory_.clear(ix, iy);
+      else
+        memory_.add(ix, iy, seen.height, limits_.step_m / 8 / noise_m_(ix, iy), seen.count);
     }
   }
-}
-
-bool LowObstacles::is_obstacle(const Height& height) const {
-  const float weight{height.weight + prior_weight};
-  return height.weighted / weight > obstacle_height + height_sigma / std::sqrt(weight);
 }
 
 }  // namespace stereogrid

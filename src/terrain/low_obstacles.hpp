@@ -12,6 +12,7 @@
 #include "memory_bytes.hpp"
 #include "stereogrid/camera.hpp"
 #include "stereogrid/image.hpp"
+#include "terrain/height_memory.hpp"
 #include "terrain/terrain.hpp"
 
 namespace stereogrid {
@@ -48,26 +49,22 @@ class LowObstacles {
     return is_within(ix, iy) && seen_(ix, iy).is_high;
   }
   /// Moves the memory with the window.
-  void move(Scroll scroll) { scroll_cells(scroll, memory_, moved_); }
+  void move(Scroll scroll) { memory_.move(scroll); }
   /// Adds the last find() to the memory.
   void remember();
   /// Calls work(ix, iy) for the cells with an obstacle in memory.
   template <class Work>
   void for_obstacles(const Work& work) const {
-    for (int iy{0}; iy < memory_.height(); ++iy) {
-      for (int ix{0}; ix < memory_.width(); ++ix) {
-        if (memory_(ix, iy).weight > 0 && is_obstacle(memory_(ix, iy))) work(ix, iy);
-      }
-    }
+    memory_.for_obstacles(work);
   }
-  void reset() { memory_.fill({}); }
+  void reset() { memory_.reset(); }
   template <class State>
   void exchange(State& state) {
-    state(memory_);
+    memory_.exchange(state);
   }
   [[nodiscard]] std::size_t memory_bytes() const {
     return memory_bytes_of(samples_, read_, sorted_, ranges_, level_m_, noise_m_, moments_, sums_, planes_, seen_,
-                           memory_, moved_);
+                           memory_);
   }
 
  private:
@@ -103,18 +100,13 @@ class LowObstacles {
     float north;
   };
   struct Seen {
-    int count;  ///< samples, up to samples_enough; 0: none, or wrong ones
+    int count;  ///< samples, up to HeightMemory::samples_enough; 0: none, or wrong ones
     int high;   ///< samples over the ground
     bool is_high;
     bool is_tall;         ///< rays show it
     bool is_beside_tall;  ///< it or a neighbour is
     float height;         ///< upper decile over the plane, in units of what the matcher leaves of a step
   };
-  struct Height {
-    float weight{0};
-    float weighted{0};
-  };
-
   template <class ForRanges, class Work>
   void for_rows(const ForRanges& for_ranges, const Work& work) {
     for_ranges(rows_.end - rows_.begin, [&](int begin, int end) {
@@ -125,7 +117,6 @@ class LowObstacles {
     return ix >= columns_.begin && ix < columns_.end && iy >= rows_.begin && iy < rows_.end;
   }
   [[nodiscard]] std::span<Sample> samples_of(int ix, int iy);
-  [[nodiscard]] bool is_obstacle(const Height& height) const;
   int begin(const Terrain& terrain, const GridInVehicle& window);
   void read_row(View<const float> obstacle, View<const float> road, int v);
   void sort_samples(int first_row);
@@ -167,8 +158,7 @@ class LowObstacles {
   std::vector<Moments> sums_;  // moments of the cells of a row
   Image<Plane> planes_;
   Image<Seen> seen_;
-  Image<Height> memory_;
-  Image<Height> moved_;
+  HeightMemory memory_;
 };
 
 }  // namespace stereogrid

@@ -1,0 +1,75 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "geometry/window.hpp"
+#include "memory_bytes.hpp"
+#include "stereogrid/image.hpp"
+
+namespace stereogrid {
+
+/// Mean heights of cells over the ground around them, over the frames (docs/terrain.md, "Low obstacles"). Heights are
+/// in units of what the matcher leaves of a step. Unseen cells keep theirs.
+class HeightMemory {
+ public:
+  /// Samples of full weight: errors of neighbouring pixels are correlated.
+  static constexpr int samples_enough{30};
+  /// Least mean height of an obstacle.
+  static constexpr float obstacle_height{1};
+
+  explicit HeightMemory(int window_cells) : cells_{window_cells, window_cells}, moved_{window_cells, window_cells} {}
+
+  /// Adds what a frame has seen. `precision`: step over eight standard deviations of a sample's height; `samples`: up
+  /// to samples_enough.
+  void add(int ix, int iy, float height, float precision, int samples) {
+    const float weight{std::min(precision * precision, weight_max) * static_cast<float>(samples) / samples_enough};
+    const bool is_level{height < level_height && weight > level_weight};
+    const float kept{is_level ? kept_of_level : kept_of_other};
+    Cell& cell{cells_(ix, iy)};
+    cell = {kept * cell.weight + weight, kept * cell.weighted + weight * height};
+  }
+  void clear(int ix, int iy) { cells_(ix, iy) = {}; }
+  void reset() { cells_.fill({}); }
+  /// Moves with the window.
+  void move(Scroll scroll) { scroll_cells(scroll, cells_, moved_); }
+  /// Calls work(ix, iy) for the cells with an obstacle: its mean is surely high.
+  template <class Work>
+  void for_obstacles(const Work& work) const {
+    for (int iy{0}; iy < cells_.height(); ++iy) {
+      for (int ix{0}; ix < cells_.width(); ++ix) {
+        const Cell& cell{cells_(ix, iy)};
+        if (cell.weight == 0) continue;
+        const float weight{cell.weight + prior_weight};
+        if (cell.weighted / weight > obstacle_height + height_sigma / std::sqrt(weight)) work(ix, iy);
+      }
+    }
+  }
+  template <class State>
+  void exchange(State& state) {
+    state(cells_);
+  }
+  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(cells_, moved_); }
+
+ private:
+  static constexpr float kept_of_other{0.95f};   ///< share per frame that sees the cell
+  static constexpr float kept_of_level{0.665f};  ///< share where it sees level ground
+  static constexpr float level_height{0.55f};    ///< level: lower than that
+  static constexpr float level_weight{0.1f};     ///< a frame with more weight sees the ground
+  static constexpr float weight_max{4};          ///< limit per frame: errors of frames are correlated
+  static constexpr float prior_weight{0.1f};     ///< weight of level ground before any frame
+  static constexpr float height_sigma{0.24f};    ///< noise of a height with weight 1
+
+  struct Cell {
+    float weight{0};
+    float weighted{0};
+  };
+
+  Image<Cell> cells_;
+  Image<Cell> moved_;  ///< working memory
+};
+
+}  // namespace stereogrid
