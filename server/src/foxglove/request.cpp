@@ -35,7 +35,7 @@ const Json& list(const Json& object, const char* key) {
   return value;
 }
 
-std::string text_of(const Json& value, const char* what) {
+std::string checked_text(const Json& value, const char* what) {
   if (!value.is_string()) throw InputError{std::string{"'"} + what + "' has to be a string."};
   return value.get<std::string>();
 }
@@ -55,12 +55,12 @@ const Json& object_of(const Json& value, const char* what) {
 std::optional<std::string> request_id(const Json& message) {
   const auto found{message.find("id")};
   if (found == message.end() || found->is_null()) return std::nullopt;
-  return text_of(*found, "id");
+  return checked_text(*found, "id");
 }
 
 std::vector<std::string> names_of(const Json& message) {
   std::vector<std::string> names;
-  for (const Json& name : list(message, "parameterNames")) names.push_back(text_of(name, "parameterNames"));
+  for (const Json& name : list(message, "parameterNames")) names.push_back(checked_text(name, "parameterNames"));
   return names;
 }
 
@@ -114,7 +114,7 @@ Request set_parameters(const Json& message) {
   SetParameters request{{}, request_id(message)};
   for (const Json& one : list(message, "parameters")) {
     const Json& entry{object_of(one, "parameters")};
-    const std::string name{text_of(member(entry, "name"), "name")};
+    const std::string name{checked_text(member(entry, "name"), "name")};
     if (!entry.contains("value") || entry["value"].is_null()) {
       throw InputError{"parameter '" + shortened(name) + "' cannot be removed: give it a value."};
     }
@@ -178,7 +178,7 @@ Json parsed(std::string_view text) {
 
 Request parse_request(std::string_view text) {
   const Json message(parsed(text));
-  const std::string op{text_of(member(message, "op"), "op")};
+  const std::string op{checked_text(member(message, "op"), "op")};
   const auto reader{readers().find(op)};
   if (reader == readers().end()) throw InputError{"unknown operation: '" + shortened(op) + "'."};
   try {

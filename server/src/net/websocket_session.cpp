@@ -18,7 +18,7 @@ namespace {
 
 namespace websocket = beast::websocket;
 
-constexpr std::chrono::milliseconds farewell{1000};
+constexpr std::chrono::milliseconds closing_farewell{1000};
 constexpr std::size_t longest_reason{120};  // 123 fit into the frame
 
 /// Data in the system's buffer can no longer be replaced by something newer.
@@ -94,7 +94,7 @@ void WebSocketSession::close(std::uint16_t code, const std::string& reason) {
   if (std::exchange(closing_, true)) return;
   net::post(stream_.get_executor(), [this, self = self(), code, text = reason.substr(0, longest_reason)] {
     if (!stream_.is_open()) return;
-    patience_.expires_after(farewell);
+    patience_.expires_after(closing_farewell);
     patience_.async_wait([this, self](Error error) {
       if (!error) cut();
     });
