@@ -31,7 +31,8 @@ install_only(${WORK}/bystander bin/parent)
 run(${CMAKE_COMMAND} -S ${parent} -B ${WORK}/sanitized ${GENERATE} -D CMAKE_CXX_COMPILER=${CXX}
     -D STEREOGRID_SOURCE=${SOURCE} -D USED=ON -D STEREOGRID_SANITIZE=address)
 
-run(${CMAKE_COMMAND} -S ${parent} -B ${AGAIN} ${GENERATE} ${COMPILE} -D STEREOGRID_SOURCE=${SOURCE} -D USED=ON)
+run(${CMAKE_COMMAND} -S ${parent} -B ${AGAIN} ${GENERATE} ${COMPILE} -D STEREOGRID_SOURCE=${SOURCE} -D USED=ON
+    -D SETTINGS=${SETTINGS})
 run(${CMAKE_COMMAND} --build ${AGAIN})
 run(${AGAIN}/parent)
 install_only(${AGAIN} bin/parent)
