@@ -17,12 +17,12 @@ out=$root/out/demo
 tool=$build/bin/stereogrid
 
 "$root/scripts/install-dependencies.sh" --tool
-# the tests' libraries are not installed here; ./test.sh and the preset add the tests
-without_tests=()
-[ -e "$build/CMakeCache.txt" ] || without_tests=(-DSTEREOGRID_TESTS=OFF)
+# the tests' libraries are not installed here; ./test.sh and the preset add the tests and all instruction sets
+only_here=()
+[ -e "$build/CMakeCache.txt" ] || only_here=(-DSTEREOGRID_TESTS=OFF -DSTEREOGRID_SIMD=host)
 # options of the preset "release", spelt out because the CMake of Ubuntu 22.04 does not support such presets
 cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_EXPORT_COMPILE_COMMANDS=ON \
-  --log-level=WARNING "${without_tests[@]}"
+  --log-level=WARNING "${only_here[@]}"
 targets=(stereogrid_tool)
 # library that --ros2 loads, if Cyclone DDS is installed
 ! cmake --build "$build" --target help | grep -q '^stereogrid_dds:' || targets+=(stereogrid_dds)

@@ -14,7 +14,7 @@ build=$root/build/release
 export CCACHE_NOHASHDIR=1
 # options of the preset "release", spelt out because the CMake of Ubuntu 22.04 does not support such presets
 cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_EXPORT_COMPILE_COMMANDS=ON \
-  -DSTEREOGRID_TESTS=ON -DSTEREOGRID_PYTHON=ON
+  -DSTEREOGRID_TESTS=ON -DSTEREOGRID_PYTHON=ON -DSTEREOGRID_SIMD=all
 cmake --build "$build"
 [ $# -gt 0 ] || set -- --label-exclude "^long$"
 ctest --test-dir "$build" --parallel 2 --output-on-failure --no-tests=error "$@"
