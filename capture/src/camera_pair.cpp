@@ -200,4 +200,26 @@ Clock::duration CameraPair::silent_for() const {
   return Clock::now() - state_->pairing.last_image();
 }
 
+std::string v4l2_pipeline(const std::string& left, const std::string& right, const Rig& size) {
+  const bool is_single{right.empty()};
+  const auto device = [&](const std::string& path, const char* name) {
+    // without caps of memory: the camera may give any raw format, or JPEG
+    const int width_px{is_single ? 2 * size.width_px : size.width_px};
+    return fmt::format(
+        "v4l2src device=\"{0}\" ! video/x-raw,width={1},height={2};image/jpeg,width={1},height={2} ! decodebin ! "
+        "videoconvert ! appsink name={3} sync=false",
+        path, width_px, size.height_px, name);
+  };
+  if (is_single) return device(left, "both");
+  return device(left, "left") + " " + device(right, "right");
+}
+
+#if !STEREOGRID_GSTREAMER
+std::unique_ptr<LiveSource> open_gstreamer(const std::string&, const io::Calibration&, const CameraOptions&) {
+  throw DeviceError{
+      "Cameras require GStreamer, and this stereogrid was built without it, as wheels are. "
+      "Install the Debian package stereogrid, or build from source (docs/install.md)."};
+}
+#endif
+
 }  // namespace stereogrid::capture

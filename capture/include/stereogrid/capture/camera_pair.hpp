@@ -78,7 +78,8 @@ struct CameraOptions {
 /// capture time of a buffer is its running time on the pipeline's clock.
 ///
 /// A pipeline that fails, or gives nothing for five seconds, is made anew, over and over, until it works again; fault()
-/// says why it does not. Throws ConfigError: not a pipeline, or one without an end; InputError as CameraPair.
+/// says why it does not. Throws ConfigError: not a pipeline, or one without an end; InputError as CameraPair;
+/// DeviceError: built with STEREOGRID_GSTREAMER=OFF.
 [[nodiscard]] STEREOGRID_EXPORT std::unique_ptr<LiveSource> open_gstreamer(const std::string& description,
                                                                            const io::Calibration& calibration,
                                                                            const CameraOptions& options = {});
