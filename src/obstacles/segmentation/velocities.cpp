@@ -23,7 +23,7 @@ constexpr double side_sigma_mps{0.06};
 constexpr double turning_sigma_radps{0.01};
 constexpr double side_of_points{0.4};
 /// With fewer features, one false track cannot be separated from the others.
-constexpr std::size_t many{5};
+constexpr std::size_t enough_features{5};
 constexpr double few_sigma_mps{0.3};
 /// Maximum depth change per px of disparity; beyond it, disparities do not resolve motion.
 constexpr double coarse_m_per_px{5};
@@ -56,7 +56,7 @@ Symmetric2 covariance_of_mean(const Symmetric2& of_points, std::size_t n, Point2
   const double distance_m{std::hypot(place.x, place.y)};
   const Point2 ray{place.x / distance_m, place.y / distance_m};
   const double turning_mps{turning_sigma_radps * distance_m};
-  const double common_mps{n < many ? few_sigma_mps : 0};
+  const double common_mps{n < enough_features ? few_sigma_mps : 0};
   const double along_ray{(1 + correlation * static_cast<double>(n - 1)) * squared(of_points, ray) +
                          ray_sigma_mps * ray_sigma_mps + drift_mps * drift_mps + common_mps * common_mps};
   const double to_side{side_of_points * side_of_points * squared(of_points, {-ray.y, ray.x}) +
