@@ -13,6 +13,9 @@ recording = sg.open(sys.argv[1])
 pipeline = sg.Pipeline(sg.preset("default"), recording.rig)
 for frame in recording:
     result = pipeline.process(frame)
+    for status in result.status:  # conditions that limit the use of the grids
+        print(f"{result.name}: {status.name}")
     cells = np.count_nonzero(result.occupancy > 0.5)
-    nearest = min((obstacle.x_m for obstacle in result.obstacles), default=float("inf"))
+    confirmed = [obstacle for obstacle in result.obstacles if obstacle.confirmed]
+    nearest = min((obstacle.x_m for obstacle in confirmed), default=float("inf"))
     print(f"{result.name}: {cells} occupied cells, nearest obstacle {nearest:.1f} m ahead")

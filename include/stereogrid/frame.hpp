@@ -61,6 +61,14 @@ struct ObservedGrid {
   Image<float> confidence{};  ///< confidence of each cell, in [0, 1]; 0: unknown; empty: 1
 };
 
+/// Images of a frame in foreign memory, used without a copy: {.left = {pixels, width, height, pitch}, .right = …}. Rows
+/// may not overlap; the pitch of images stored upside down is negative.
+struct FrameImages {
+  View<const std::uint8_t> left{};
+  View<const std::uint8_t> right{};  ///< same size; empty: `disparity` is used
+  View<const float> disparity{};     ///< px of the left image, 0 = none; empty if there is a right image
+};
+
 /// Rectified grey pair, or left image with its disparities, and its time and pose.
 struct StereoFrame {
   std::string name;                         ///< name in the input; used for output files
@@ -71,18 +79,10 @@ struct StereoFrame {
   Image<float> disparity;                   ///< px of the left image, 0 = none; empty if there is a right image
   std::optional<Pose2> world_from_vehicle;  ///< none: unknown
   std::vector<ObservedGrid> other_grids{};  ///< grids of other sources; fused with the stereo pair's grid
-};
 
-/// Images of a StereoFrame in foreign memory. Rows may not overlap; the pitch of images stored upside down is negative.
-struct FrameImages {
-  FrameImages() = default;
+  /// Its own images.
   // NOLINTNEXTLINE(google-explicit-constructor): a frame has such images
-  FrameImages(const StereoFrame& frame)
-      : left{frame.left.view()}, right{frame.right.view()}, disparity{frame.disparity.view()} {}
-
-  View<const std::uint8_t> left;
-  View<const std::uint8_t> right;
-  View<const float> disparity;
+  operator FrameImages() const { return {left.view(), right.view(), disparity.view()}; }
 };
 
 /// A recorded, simulated or live sequence of frames.

@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "stereogrid/export.hpp"
+
 namespace stereogrid {
 
 /// Location of the memory of a View.

@@ -147,7 +147,7 @@ TEST_P(HostileInput, OtherGridsThatAreNoneAreRefused) {
 TEST_P(HostileInput, ViewsWithoutPixelsOrWithRowsThatOverlapAreRefused) {
   const StereoFrame frame{wall_.frame(0)};
   const Image<float> disparity{small_rig().width_px, small_rig().height_px, 5.0f};
-  FrameImages given{frame};
+  FrameImages given = frame;
   given.right = {};
   given.disparity = disparity.view();
   FrameResult result;
@@ -176,7 +176,7 @@ TEST_P(HostileInput, RowsMayBeStoredUpsideDown) {
   for (int i{0}; i < 2; ++i) {
     const StereoFrame frame{wall_.frame(i * frame_ns)};
     StereoFrame turned{frame};
-    FrameImages images{turned};
+    FrameImages images = turned;
     for (auto [image, view] : {std::pair{&turned.left, &images.left}, std::pair{&turned.right, &images.right}}) {
       for (int v{0}; v < image->height() / 2; ++v) {
         std::swap_ranges(image->row(v), image->row(v) + image->width(), image->row(image->height() - 1 - v));
