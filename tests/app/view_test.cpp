@@ -4,11 +4,19 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <filesystem>
+#include <functional>
 
+#include "../temporary_folder.hpp"
 #include "cli/config_options.hpp"
 #include "connect/page.hpp"
+#include "run/run.hpp"
 #include "stereogrid/error.hpp"
+#include "stereogrid/pipeline.hpp"
+#include "stereogrid/scenes/scene.hpp"
+#include "stereogrid/server/server.hpp"
 #include "view/playback.hpp"
+#include "view/stored_frames.hpp"
 
 namespace stereogrid::app {
 namespace {
@@ -98,6 +106,74 @@ TEST(Playback, RefusesWhatCannotBe) {
     EXPECT_EQ(playback.set({"player.speed", speed}), "speeds go from 0.05 to 20.");
   EXPECT_EQ(playback.set({"player.frames", std::int64_t{5}}), "it can only be read.");
   EXPECT_EQ(playback.wait(10ms), PlaybackState{});
+}
+
+/// A run of two frames of a small scene in a folder.
+io::RunReader small_run(const std::filesystem::path& folder, const std::function<void(RunOptions&)>& change = {}) {
+  RunOptions options;
+  options.input.paths = {"scene:crossing?frames=2&width=160&height=100"};
+  options.folder = folder.string();
+  if (change) change(options);
+  EXPECT_EQ(run(options), 0);
+  return io::RunReader{folder};
+}
+
+TEST(StoredFrames, AreTheResultsThatWroteThem) {
+  const tests::TemporaryFolder folder;
+  const io::RunReader stored{small_run(folder / "run")};
+  const scenes::Scene scene{scenes::parse_scene("crossing?frames=2&width=160&height=100")};
+  Pipeline pipeline{preset("default"), scene.rig()};
+  for (std::size_t i{0}; i < 2; ++i) {
+    const FrameResult read{stored_result(stored, stored.frames()[i])};
+    const FrameResult& made{pipeline.process(scene.load(i))};
+    EXPECT_EQ(read.observed, made.observed);
+    EXPECT_EQ(read.vehicle.occupancy, made.vehicle.occupancy);
+    EXPECT_EQ(read.world.geometry, made.world.geometry);
+    EXPECT_EQ(read.world.occupancy, made.world.occupancy);
+    EXPECT_EQ(read.world.velocity_y, made.world.velocity_y);
+    EXPECT_EQ(read.world.age_s, made.world.age_s);
+    EXPECT_EQ(read.elevation_m.size(), made.elevation_m.size());
+    EXPECT_EQ(read.obstacles.size(), made.obstacles.size());
+  }
+}
+
+TEST(StoredFrames, OfCompactRunsHaveAWorldGridSampledFromTheVehicles) {
+  const tests::TemporaryFolder folder;
+  const io::RunReader stored{small_run(folder / "run", [](RunOptions& options) {
+    options.compact = true;
+    options.layers = {"occupancy"};
+  })};
+  const FrameResult read{stored_result(stored, stored.frames()[1])};
+  std::size_t compared{0};
+  const GridGeometry& vehicle{read.vehicle.geometry};
+  for (int iy{0}; iy < vehicle.ny; ++iy) {
+    for (int ix{0}; ix < vehicle.nx; ++ix) {
+      const auto cell{read.world.geometry.cell_at(read.world_from_vehicle * vehicle.centre(ix, iy))};
+      ASSERT_TRUE(cell);
+      const Point2 there{inverse(read.world_from_vehicle) * read.world.geometry.centre(cell->ix, cell->iy)};
+      const auto back{vehicle.cell_at(there)};
+      if (!back) continue;
+      EXPECT_EQ(read.world.occupancy(cell->ix, cell->iy), read.vehicle.occupancy(back->ix, back->iy));
+      compared += read.vehicle.occupancy(back->ix, back->iy) > 0.6F ? 1 : 0;
+    }
+  }
+  EXPECT_GT(compared, 10U);
+  for (const float observed : read.observed) EXPECT_EQ(observed, 0.5F);
+}
+
+TEST(StoredFrames, AreSentInAnyOrder) {
+  const tests::TemporaryFolder folder;
+  static_cast<void>(small_run(folder / "run", [](RunOptions& options) { options.pictures = true; }));
+  const auto frames{stored_frames(folder / "run")};
+  EXPECT_EQ(frames->stamps_ns().size(), 2U);
+  EXPECT_LT(frames->stamps_ns()[0], frames->stamps_ns()[1]);
+  PageOptions page;
+  page.listen = "127.0.0.1:0";
+  server::ServerOptions options;
+  options.sends_time = true;
+  const auto server{start_server(page, std::move(options))};
+  for (const std::size_t frame : {0U, 1U, 0U}) EXPECT_NO_THROW(frames->send(frame, *server));
+  EXPECT_THROW((void)stored_frames(folder / "nothing"), InputError);
 }
 
 TEST(ListenAddress, IsAnAddressAndAPort) {

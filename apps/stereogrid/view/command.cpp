@@ -19,6 +19,7 @@
 #include "stereogrid/mcap/bag.hpp"
 #include "stereogrid/server/server.hpp"
 #include "view/playback.hpp"
+#include "view/stored_frames.hpp"
 
 namespace stereogrid::app {
 namespace {
@@ -42,8 +43,9 @@ std::vector<std::uint64_t> grid_stamps(const mcap::Bag& bag, const std::string& 
   return stamps;
 }
 
-/// The recording that `path` names: itself, or the only .mcap of a run's folder. Throws InputError.
-fs::path recording_at(const fs::path& path) {
+/// The recording that `path` names: itself, or the only .mcap of a run's folder. None: a run without one. Throws
+/// InputError.
+std::optional<fs::path> recording_at(const fs::path& path) {
   if (!io::is_folder(path)) return path;
   if (io::is_there(path / "metadata.yaml")) return path;  // a rosbag2 folder
   std::vector<fs::path> found;
@@ -51,27 +53,29 @@ fs::path recording_at(const fs::path& path) {
     if (entry.extension() == ".mcap" && io::is_file(entry)) found.push_back(entry);
   }
   if (found.size() == 1) return found.front();
-  if (found.empty()) throw InputError{io::printable_path(path), "has no recording (.mcap) in it.", how_to_record};
+  if (io::is_there(path / "run.json") || io::is_there(path / "frames.jsonl")) return std::nullopt;
+  if (found.empty()) {
+    throw InputError{io::printable_path(path), "is neither a run nor a recording.",
+                     "Give the folder of 'stereogrid run INPUT --out DIR', or an .mcap file."};
+  }
   throw InputError{io::printable_path(path), "has several recordings (.mcap) in it.", "Name the one to be shown."};
 }
 
 /// A recording of stereogrid's messages, frame by frame: a frame ends with each message on the topic of the filtered
 /// grid.
-class RecordedFrames {
+class RecordedFrames final : public PlayedFrames {
  public:
   /// Reads through the recording once. Throws InputError: no recording, or one without grids.
   explicit RecordedFrames(const std::filesystem::path& file);
 
-  [[nodiscard]] const std::vector<std::uint64_t>& stamps_ns() const { return stamps_ns_; }
-  [[nodiscard]] const mcap::Bag& bag() const { return *bag_; }
+  [[nodiscard]] const std::vector<std::uint64_t>& stamps_ns() const override { return stamps_ns_; }
+  [[nodiscard]] std::vector<std::string> damage() const override { return bag_->damage(); }
 
-  /// Advertises the topics. All are latched: who comes while the player stands still is shown the frame that it stands
-  /// at.
-  void add_channels(server::Server& server);
-  /// Sends the messages of a frame to the server that has the channels. Throws InputError.
-  void send(std::size_t frame, server::Server& server) const;
+  void send(std::size_t frame, server::Server& server) override;
 
  private:
+  void add_channels(server::Server& server);
+
   std::unique_ptr<mcap::Bag> bag_;
   std::vector<std::uint64_t> stamps_ns_;
   std::vector<server::ChannelId> channels_;  // by topic of the bag
@@ -93,7 +97,8 @@ void RecordedFrames::add_channels(server::Server& server) {
   }
 }
 
-void RecordedFrames::send(std::size_t frame, server::Server& server) const {
+void RecordedFrames::send(std::size_t frame, server::Server& server) {
+  if (channels_.empty()) add_channels(server);
   const std::uint64_t first_ns{frame == 0 ? 0 : stamps_ns_.at(frame - 1) + 1};
   const auto messages{bag_->messages({.first_ns = first_ns, .last_ns = stamps_ns_.at(frame)})};
   server.send_time(stamps_ns_.at(frame));
@@ -117,7 +122,7 @@ server::ServerOptions server_options(const fs::path& file, Playback& playback) {
 }
 
 /// Plays until a stop is requested.
-void play(const RecordedFrames& frames, Playback& playback, server::Server& server) {
+void play(PlayedFrames& frames, Playback& playback, server::Server& server) {
   using namespace std::chrono_literals;
   std::optional<PlaybackState> shown;
   while (interrupted() == 0) {
@@ -130,16 +135,16 @@ void play(const RecordedFrames& frames, Playback& playback, server::Server& serv
 }
 
 int view(const ViewOptions& options) {
-  const fs::path file{recording_at(options.recording)};
-  RecordedFrames frames{file};
-  Playback playback{frames.stamps_ns()};
-  const auto server{start_server(options.page, server_options(file, playback))};
-  frames.add_channels(*server);
+  const std::optional<fs::path> file{recording_at(options.recording)};
+  const std::unique_ptr<PlayedFrames> frames{file ? std::make_unique<RecordedFrames>(*file)
+                                                  : stored_frames(options.recording)};
+  Playback playback{frames->stamps_ns()};
+  const auto server{start_server(options.page, server_options(file.value_or(options.recording), playback))};
   catch_interrupts();
-  for (const std::string& sentence : frames.bag().damage()) log_on_stderr("warning: {}\n", sentence);
-  print("{} frames; open {}\n", frames.stamps_ns().size(), server->url());
+  for (const std::string& sentence : frames->damage()) log_on_stderr("warning: {}\n", sentence);
+  print("{} frames; open {}\n", frames->stamps_ns().size(), server->url());
   if (!failed_output().empty()) return exit_try_again;  // run_program() says it
-  play(frames, playback, *server);
+  play(*frames, playback, *server);
   return exit_done;
 }
 
@@ -147,9 +152,9 @@ int view(const ViewOptions& options) {
 
 void add_view_command(Command tool, int& exit_code) {
   auto options{std::make_shared<ViewOptions>()};
-  const Command command{tool.add_command("view", "Play a recording in the browser; Ctrl-C ends it.")};
-  command.add_option("recording", options->recording, "A recording of 'run --mcap', or the folder of that run.")
-      .type_name("FILE.mcap|DIR")
+  const Command command{tool.add_command("view", "Play a run or a recording in the browser; Ctrl-C ends it.")};
+  command.add_option("RUN", options->recording, "Folder of 'run --out', or a recording of 'run --mcap' (FILE.mcap).")
+      .type_name("")
       .required();
   add_page_options(command, options->page);
   command.callback([options, &exit_code] { exit_code = view(*options); });

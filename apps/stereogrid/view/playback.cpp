@@ -52,9 +52,9 @@ std::optional<std::string> Playback::change(const server::Parameter& parameter) 
     if (frame < 0 || frame > last()) return "frames go from 0 to " + std::to_string(last()) + ".";
     state_.frame = frame;
   } else if (parameter.name == "player.time_s") {
-    const double wanted_s{std::max(std::get<double>(parameter.value), 0.0) + half_nanosecond_s};
+    const double requested_s{std::max(std::get<double>(parameter.value), 0.0) + half_nanosecond_s};
     const auto later{std::ranges::partition_point(
-        stamps_ns_, [&](std::uint64_t stamp_ns) { return seconds_since_first(stamp_ns) <= wanted_s; })};
+        stamps_ns_, [&](std::uint64_t stamp_ns) { return seconds_since_first(stamp_ns) <= requested_s; })};
     state_.frame = later - stamps_ns_.begin() - 1;
   } else if (parameter.name == "player.speed") {
     const double speed{std::get<double>(parameter.value)};
