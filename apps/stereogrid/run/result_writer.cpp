@@ -8,7 +8,6 @@
 #include <array>
 #include <cerrno>
 #include <condition_variable>
-#include <csignal>
 #include <deque>
 #include <exception>
 #include <filesystem>
@@ -21,8 +20,8 @@
 
 #include "locks/folder_lock.hpp"
 #include "pictures/picture.hpp"
+#include "run/video.hpp"
 #include "stereogrid/error.hpp"
-#include "stereogrid/io/ffmpeg.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/run_folder/description.hpp"
@@ -63,87 +62,6 @@ struct Job {
   FrameResult result;
   std::optional<io::Checkpoint> checkpoint;
 };
-
-/// An H.264 film, encoded by the program ffmpeg. It gets its name when it is whole.
-class Video {
- public:
-  /// Throws DeviceError: ffmpeg is missing, the folder cannot be written.
-  Video(const fs::path& file, double rate_hz);
-  Video(const Video&) = delete;
-  Video& operator=(const Video&) = delete;
-  /// Without finish(): nothing is left.
-  ~Video();
-
-  /// Adds an image. All have the size of the first; an odd last row or column is left out. Throws DeviceError.
-  void add(const io::RgbImage& picture);
-  /// Throws DeviceError where ffmpeg has failed.
-  void finish();
-
- private:
-  fs::path file_;
-  fs::path unfinished_;
-  double rate_hz_;
-  std::optional<io::Ffmpeg> ffmpeg_;
-};
-
-Video::Video(const fs::path& file, double rate_hz)
-    : file_{file},
-      unfinished_{file.parent_path() /
-                  fmt::format(".{}.unfinished{}", file.stem().string(), file.extension().string())},
-      rate_hz_{rate_hz} {
-  const io::Ffmpeg probe{io::Ffmpeg::Pipe::output, {"-version"}};
-  if (file_.has_parent_path()) io::create_folder(file_.parent_path());
-  std::signal(SIGPIPE, SIG_IGN);  // if ffmpeg ends early, write() says so
-}
-
-Video::~Video() {
-  if (!ffmpeg_) return;
-  ffmpeg_.reset();
-  std::error_code ignored;
-  fs::remove(unfinished_, ignored);
-}
-
-void Video::add(const io::RgbImage& picture) {
-  if (!ffmpeg_) {
-    ffmpeg_.emplace(io::Ffmpeg::Pipe::input,
-                    std::vector<std::string>{"-loglevel",
-                                             "error",
-                                             "-y",
-                                             "-f",
-                                             "rawvideo",
-                                             "-pix_fmt",
-                                             "rgb24",
-                                             "-video_size",
-                                             fmt::format("{}x{}", picture.width, picture.height),
-                                             "-framerate",
-                                             fmt::format("{:.6g}", rate_hz_),
-                                             "-i",
-                                             "-",
-                                             "-vf",
-                                             "crop=trunc(iw/2)*2:trunc(ih/2)*2",
-                                             "-c:v",
-                                             "libx264",
-                                             "-pix_fmt",
-                                             "yuv420p",
-                                             "-crf",
-                                             "18",
-                                             "-movflags",
-                                             "+faststart",
-                                             unfinished_.string()});
-  }
-  const auto* const bytes{reinterpret_cast<const char*>(picture.pixels.data())};
-  if (ffmpeg_->write({bytes, picture.pixels.size()})) return;
-  throw DeviceError{fmt::format("{}: ffmpeg has stopped early; its message stands above.", file_.string())};
-}
-
-void Video::finish() {
-  if (!ffmpeg_) return;
-  if (!ffmpeg_->finish()) {
-    throw DeviceError{fmt::format("{}: ffmpeg could not make it; its message stands above.", file_.string())};
-  }
-  fs::rename(unfinished_, file_);
-  ffmpeg_.reset();
-}
 
 }  // namespace
 

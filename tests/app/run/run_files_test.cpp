@@ -257,5 +257,18 @@ TEST(Run, MakesAVideo) {
   EXPECT_FALSE(fs::exists(folder / "run" / "pictures"));
 }
 
+TEST(Run, MakesAnAnimatedImage) {
+  if (std::system("ffmpeg -encoders 2>/dev/null | grep -q libwebp_anim") != 0) GTEST_SKIP() << "no ffmpeg with WebP";
+  const TemporaryFolder folder;
+  for (const char* name : {"street.gif", "street.WEBP"}) {
+    run_well({"run", small_scene("empty", "&frames=3"), "--out", (folder / name / "run").string(), "--video",
+              (folder / name / name).string()});
+  }
+  EXPECT_EQ(text_of(folder / "street.gif" / "street.gif").substr(0, 6), "GIF89a");
+  const std::string webp{text_of(folder / "street.WEBP" / "street.WEBP")};
+  EXPECT_EQ(webp.substr(8, 4), "WEBP");
+  EXPECT_NE(webp.find("ANMF"), std::string::npos) << "several frames";
+}
+
 }  // namespace
 }  // namespace stereogrid::app::testing
