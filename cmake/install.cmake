@@ -94,8 +94,17 @@ if(STEREOGRID_TOOL)
     set_target_properties(stereogrid_tool PROPERTIES INSTALL_RPATH "$ORIGIN/${lib_from_bin}")
   endif()
   install(TARGETS stereogrid_tool RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT tool)
-  install(FILES ${PROJECT_SOURCE_DIR}/packaging/completion.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions
-          RENAME stereogrid COMPONENT tool)
+  set(completion ${PROJECT_SOURCE_DIR}/packaging/completion)
+  install(FILES ${completion}/bash.sh DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME stereogrid
+          COMPONENT tool)
+  set(zsh_functions zsh/site-functions)
+  if(STEREOGRID_DEBIAN)
+    set(zsh_functions zsh/vendor-completions) # packages' part of fpath
+  endif()
+  install(FILES ${completion}/zsh.sh DESTINATION ${CMAKE_INSTALL_DATADIR}/${zsh_functions} RENAME _stereogrid
+          COMPONENT tool)
+  install(FILES ${completion}/fish.sh DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d RENAME stereogrid.fish
+          COMPONENT tool)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/packaging/fleet DESTINATION ${CMAKE_INSTALL_DATADIR}/stereogrid COMPONENT tool
           USE_SOURCE_PERMISSIONS PATTERN __pycache__ EXCLUDE)
   if(TARGET stereogrid_dds) # library that the tool loads

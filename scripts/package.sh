@@ -34,7 +34,7 @@ manual() { # manual NAME SUMMARY [COMMAND]
     --help-option="${3:-} --help" "$tool" | sed "s/^\.TH [^ ]*/.TH ${1^^}/" | gzip -9n >"$build/man/$1.1.gz"
 }
 manual stereogrid "occupancy grids and obstacles from a stereo camera"
-"$build/bin/stereogrid" --help | sed -n '/^Subcommands:/,/^$/s/^  \([a-z]\+\)  *\(.*\)/\1 \2/p' |
+COLUMNS=120 "$build/bin/stereogrid" --help | sed -n '/^Commands:/,/^$/s/^  \([a-z]\+\)  *\(.*\)/\1 \2/p' |
   while read -r command summary; do manual "stereogrid-$command" "${summary%%.*}" "$command"; done
 
 configure "$@"

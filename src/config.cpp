@@ -8,12 +8,12 @@
 #include <cmath>
 #include <functional>
 #include <initializer_list>
-#include <numeric>
 #include <string>
 #include <string_view>
 #include <type_traits>
 
 #include "stereogrid/error.hpp"
+#include "stereogrid/printable.hpp"
 
 namespace stereogrid {
 namespace {
@@ -166,21 +166,6 @@ void parse(T& value, std::string_view text, const std::string& key) {
     throw ConfigError{key + " is not '" + std::string{text} + "' but one of:" + names_of_choices<T>() + "."};
   }
   value = static_cast<T>(found - names.begin());
-}
-
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i{0}; i < a.size(); ++i) {
-    std::size_t diagonal{row[0]};
-    row[0] = i + 1;
-    for (std::size_t j{0}; j < b.size(); ++j) {
-      const std::size_t replaced{diagonal + (a[i] == b[j] ? 0 : 1)};
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
-    }
-  }
-  return row.back();
 }
 
 bool is_parameter(std::string_view key) {

@@ -13,6 +13,7 @@ namespace stereogrid::app {
 /// Device and threads, as set by the user.
 struct DeviceOptions {
   std::string device{"auto"};
+  bool is_explicit{false};  ///< by the user: a choice of "auto" is reported
   int threads{0};
 };
 

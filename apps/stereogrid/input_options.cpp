@@ -14,6 +14,7 @@ const char* const frame_range_help{
     "Only these frames: places in the input from 0, both ends included; either may be left out (5:9, :99, 100:)."};
 
 void add_input_options(Command command, InputOptions& options) {
+  command.group(Group::input);
   command
       .add_option(
           "INPUT", options.paths,
@@ -35,6 +36,12 @@ void add_input_options(Command command, InputOptions& options) {
                   "odometry.")
       .type_name("none|file|odometry|FILE");
   command
+      .add_option("--mask", options.mask,
+                  "Mask of the left image's size: pixels of the vehicle itself, such as the bonnet, are "
+                  "black (0) and not used. Replaces the calibration's mask.")
+      .type_name("FILE.png");
+  command.group(Group::other_input);
+  command
       .add_option("--disparities", options.disparities,
                   "Disparity images instead of right images: PNG (KITTI), PFM, TIFF or NPY, named as the left "
                   "images.")
@@ -54,15 +61,9 @@ void add_input_options(Command command, InputOptions& options) {
       .type_name("UNITS")
       .check(number(0.001, 1e6));
   command
-      .add_option("--mask", options.mask,
-                  "Mask of the left image's size: pixels of the vehicle itself, such as the bonnet, are "
-                  "black (0) and not used. Replaces the calibration's mask.")
-      .type_name("FILE.png");
-  command
       .add_option("--layout", options.layout,
                   "Position of the left and right image in images or a video of both. Default: from the calibration "
                   "or the aspect.")
-      .type_name("side-by-side|top-bottom")
       .one_of({"side-by-side", "top-bottom"});
   command
       .add_option("--left-topic", options.left_topic, "Topic of the left images, for a bag or ROS 2. Default: by name.")

@@ -11,18 +11,19 @@ void describe(CLI::App& program, int& exit_code) {
   const Command tool{program};
   tool.description("Stereo camera in, probabilistic occupancy grid with velocities out.");
   tool.footer(
-      "INPUT is a KITTI odometry sequence, a KITTI raw drive, a plain folder (left/ right/ calibration.yaml),\n"
-      "a ROS 2 bag, a video of both cameras, LEFT RIGHT (images or videos) with --calibration, or a built-in scene\n"
+      "INPUT is a KITTI odometry sequence, a KITTI raw drive, a plain folder (left/ right/ calibration.yaml), "
+      "a ROS 2 bag, a video of both cameras, LEFT RIGHT (images or videos) with --calibration, or a built-in scene "
       "such as 'scene:street?frames=60&seed=3'. docs/input.md lists all kinds.\n\n"
-      "Exit codes: 0 done, 64 wrong usage, 65 bad input, 70 internal error, 75 try again (disk full, device missing,\n"
-      "input unavailable, too little memory or threads, folder locked by another stereogrid); 129, 130, 143 stopped\n"
-      "by a closed terminal, Ctrl-C or kill: frames are complete, continue with --resume; 141 output closed, as by\n"
+      "Exit codes: 0 done, 64 wrong usage, 65 bad input, 70 internal error, 75 try again (disk full, device missing, "
+      "input unavailable, too little memory or threads, folder locked by another stereogrid); 129, 130, 143 stopped "
+      "by a closed terminal, Ctrl-C or kill: frames are complete, continue with --resume; 141 output closed, as by "
       "'| head'.\n\n"
       "Examples:\n"
-      "  stereogrid run scene:street --out /tmp/street --pictures\n"
-      "  stereogrid run drives/0009 --out runs/0009 --set grid.length_m=30 --video runs/0009.mp4\n"
-      "  stereogrid export runs/0009 --nav2-map maps/0009 --laserscan scans/0009.csv\n"
-      "  stereogrid info drives/0009");
+      "  stereogrid run scene:street --out runs/street --pictures\n"
+      "  stereogrid view runs/street\n"
+      "  stereogrid info drives/0009\n"
+      "  stereogrid run drives/0009 --out runs/0009 --video runs/0009.gif\n"
+      "  stereogrid export runs/0009 --nav2-map maps/0009 --laserscan scans/0009.csv");
   tool.require_command();
   add_run_command(tool, exit_code);
   add_simulate_command(tool, exit_code);
@@ -32,6 +33,7 @@ void describe(CLI::App& program, int& exit_code) {
   add_live_command(tool, exit_code);
   add_view_command(tool, exit_code);
   add_config_command(tool);
+  add_completion_command(tool);
 }
 
 }  // namespace

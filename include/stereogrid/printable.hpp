@@ -18,4 +18,7 @@ namespace stereogrid {
 /// The same for text of several lines: line breaks stay.
 [[nodiscard]] STEREOGRID_EXPORT std::string printable_lines(std::string_view text, std::size_t longest_bytes);
 
+/// Least number of bytes to insert, remove or replace between two texts: for suggestions of misspelt names.
+[[nodiscard]] STEREOGRID_EXPORT std::size_t edit_distance(std::string_view a, std::string_view b);
+
 }  // namespace stereogrid

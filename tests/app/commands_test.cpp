@@ -45,6 +45,16 @@ TEST(Config, TakesAFileAndThenSettings) {
   EXPECT_EQ(json["tracking"]["confirm_frames"], 5);
 }
 
+TEST(Config, PrintsAFileThatItReads) {
+  const TemporaryFolder folder;
+  const std::string file{(folder / "robot.yaml").string()};
+  const std::string yaml{run_well({"config", "--preset", "robot", "--set", "grid.width_m=7", "--yaml"}).output};
+  EXPECT_THAT(yaml, HasSubstr("width_m: 7"));
+  std::ofstream{file} << yaml;
+  EXPECT_EQ(run_well({"config", "--config", file, "--json"}).output,
+            run_well({"config", "--preset", "robot", "--set", "grid.width_m=7", "--json"}).output);
+}
+
 TEST(Simulate, WritesADriveThatRunReadsLikeTheScene) {
   const TemporaryFolder folder;
   const std::string scene{small_scene("street", "&frames=3")};

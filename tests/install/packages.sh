@@ -45,8 +45,8 @@ for page in stereogrid stereogrid-run stereogrid-live; do
 done
 zcat "$root/usr/share/man/man1/stereogrid-run.1.gz" | grep -qF '\-\-mcap' || fail "the manual page has no options"
 PATH=$root/usr/bin:$PATH bash -c "source '$root/usr/share/bash-completion/completions/stereogrid'
-  COMP_WORDS=(stereogrid si) COMP_CWORD=1; _stereogrid; [ \"\${COMPREPLY[*]}\" = simulate ]
-  COMP_WORDS=(stereogrid run --mcap-t) COMP_CWORD=2; _stereogrid; [ \"\${COMPREPLY[*]}\" = --mcap-topics ]" ||
+  COMP_WORDS=(stereogrid si) COMP_CWORD=1 COMP_LINE='stereogrid si' COMP_POINT=13; _stereogrid
+  [ \"\${COMPREPLY[*]}\" = simulate ]" ||
   fail "completion"
 
 cmake -S "$source/tests/install/consumer" -B "$work/consumer" -G Ninja -DCMAKE_PREFIX_PATH="$root/usr" \

@@ -16,10 +16,12 @@
 namespace stereogrid::app {
 
 void add_config_options(Command command, ConfigOptions& options) {
-  command.add_option("--preset", options.preset, "Preset: default, robot, or paper (as published).")
-      .type_name("NAME")
+  command.group(Group::parameters);
+  command.add_option("--preset", options.preset, "Preset: default, robot (a low camera), or paper (as published).")
+      .type_name("default|robot|paper")
       .show_default();
-  command.add_option("--config", options.file, "YAML file with parameters.").type_name("FILE.yaml");
+  command.add_option("--config", options.file, "YAML file with parameters, as 'config --yaml' prints.")
+      .type_name("FILE.yaml");
   command.add_option("--set", options.settings, "Value of a parameter, such as grid.length_m=30. May be repeated.")
       .type_name("KEY=VALUE")
       .expected(1)
@@ -90,14 +92,18 @@ void warn_of_unread(const ConfigOptions& options, const Config& config, const In
 }
 
 void add_device_options(Command command, DeviceOptions& options) {
-  command.add_option("--device", options.device, "Device that computes; auto: the fastest available.")
-      .type_name("DEVICE")
-      .check(device_problem, "{auto,cpu,cuda,cuda:N,reference}")
-      .show_default();
+  command.group(Group::device);
+  const auto set = [&options](const std::string& device) {
+    options.device = device;
+    options.is_explicit = true;
+  };
+  command.add_option_function("--device", set, "Device that computes. Default: auto, the fastest available.")
+      .type_name("auto|cpu|cuda|cuda:N|reference")
+      .check(device_problem);
   command
       .add_option("--threads", options.threads, "Threads of the pipeline; 0: all cores. Results do not depend on it.")
       .type_name("N")
-      .check(whole_number(0, 1024), "[0 - 1024]")
+      .check(whole_number(0, 1024))
       .show_default();
 }
 
@@ -106,7 +112,10 @@ Pipeline start_pipeline(const Config& config, const Rig& rig, const DeviceOption
   try {
     Pipeline pipeline{config, rig, made};
     if (pipeline.back_end() == BackEnd::cuda) spdlog::info("on the GPU");
-    if (!pipeline.why_not_cuda().empty()) spdlog::info("on the CPU. No GPU: {}", pipeline.why_not_cuda());
+    if (!pipeline.why_not_cuda().empty()) {
+      spdlog::log(options.is_explicit ? spdlog::level::info : spdlog::level::debug, "on the CPU. No GPU: {}",
+                  pipeline.why_not_cuda());
+    }
     return pipeline;
   } catch (const DeviceError& error) {
     if (made.back_end != BackEnd::cuda) throw;  // such as a thread that cannot be started

@@ -7,6 +7,7 @@
 #include <spdlog/details/os.h>
 #include <spdlog/sinks/base_sink.h>
 #include <spdlog/spdlog.h>
+#include <sys/ioctl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -16,6 +17,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstddef>
+#include <cstdlib>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -176,6 +178,17 @@ void catch_interrupts() {
 
 int interrupted() {
   return received_signal;
+}
+
+std::size_t terminal_columns() {
+  constexpr long least{40};
+  constexpr long most{120};
+  constexpr long usual{80};
+  const char* const variable{std::getenv("COLUMNS")};  // NOLINT(concurrency-mt-unsafe): nothing sets variables
+  long columns{variable == nullptr ? 0 : std::atol(variable)};
+  winsize window{};
+  if (columns <= 0 && ioctl(STDOUT_FILENO, TIOCGWINSZ, &window) == 0) columns = window.ws_col;
+  return static_cast<std::size_t>(std::clamp(columns <= 0 ? usual : columns, least, most));
 }
 
 void set_up_log() {

@@ -53,6 +53,9 @@ void log_on_stderr(fmt::format_string<Values...> format, Values&&... values) {
 /// Flushes stdout, at the end of the program. Returns the reason if some output is lost, else "".
 [[nodiscard]] std::string lost_output();
 
+/// Width of the terminal in characters, 40 to 120: COLUMNS, that of stdout, or 80.
+[[nodiscard]] std::size_t terminal_columns();
+
 /// From now on, the log goes to stderr, in colours on a terminal.
 void set_up_log();
 /// Prints the reason for which the program called `name` ends to stderr.

@@ -2,10 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/program.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <optional>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
 #ifdef __GLIBC__
@@ -23,11 +25,13 @@
 #include <string>
 #include <vector>
 
+#include "cli/completion.hpp"
 #include "cli/console.hpp"
 #include "device_options.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/paths.hpp"
 #include "stereogrid/pipeline.hpp"
+#include "stereogrid/printable.hpp"
 
 namespace stereogrid::app {
 namespace {
@@ -61,10 +65,64 @@ void refuse_empty_values(CLI::App& tool) {
   for (CLI::App* command : tool.get_subcommands({})) refuse_empty_values(*command);
 }
 
+OptionText text_of(const CLI::Option& option) {
+  OptionText text;
+  text.is_positional = option.get_positional();
+  text.name = text.is_positional ? option.get_name(true) : "--" + option.get_lnames().front();
+  if (!option.get_snames().empty()) text.short_name = "-" + option.get_snames().front();
+  if (option.get_items_expected_max() > 0) text.value = option.get_type_name();
+  text.description = option.get_description();
+  if (option.get_expected_min() > 0) text.default_value = option.get_default_str();
+  constexpr auto titles{names_of(Group{})};
+  const auto title{std::ranges::find(titles, option.get_group())};
+  text.group = title == titles.end() ? Group::general : static_cast<Group>(title - titles.begin());
+  text.is_required = option.get_required();
+  return text;
+}
+
+/// With the options of the program that every command takes, too.
+CommandText text_of(const CLI::App& app) {
+  CommandText text{.name = app.get_name(), .description = app.get_description(), .footer = app.get_footer()};
+  for (const CLI::Option* option : app.get_options({})) text.options.push_back(text_of(*option));
+  for (const CLI::App* command : app.get_subcommands({})) text.commands.push_back(text_of(*command));
+  if (app.get_parent() == nullptr) return text;
+  text.name = app.get_parent()->get_name() + ' ' + text.name;
+  for (const CLI::Option* option : app.get_parent()->get_options({})) {
+    if (option != app.get_parent()->get_help_ptr() && !option->check_lname("version")) {
+      text.options.push_back(text_of(*option));
+    }
+  }
+  return text;
+}
+
+/// Reason why the command line cannot be parsed. Unknown words come first: a misspelt option is not missing, too.
+std::string usage_problem(const CLI::App& program, const CLI::ParseError& error) {
+  const auto commands{program.get_subcommands()};
+  const CLI::App& used{commands.empty() ? program : *commands.front()};
+  const std::vector<std::string> unknown{program.remaining(true)};
+  const auto option{std::ranges::find_if(unknown, [](const std::string& word) { return word.starts_with('-'); })};
+  if (option != unknown.end()) return unknown_word(text_of(used), *option);
+  if (!unknown.empty()) return unknown_word(text_of(used), unknown.front());
+  std::string problem{error.what()};
+  for (const CLI::Option* greedy :
+       used.get_options([](const CLI::Option* one) { return one->get_expected_min() == 0; })) {
+    if (greedy->get_items_expected_max() == 0 || greedy->empty() ||
+        greedy->results().front() == greedy->get_default_str())
+      continue;
+    problem +=
+        fmt::format("; {} took '{}': give INPUT first", greedy->get_name(), printable(greedy->results().front()));
+  }
+  return fmt::format("{}\n'{} --help' lists all options.", problem, text_of(used).name);
+}
+
 int parse_and_run(int argc, char** argv, const char* name, Describe describe) {
-  CLI::App program;
+  CLI::App program{"", name};
+  program.formatter_fn([](const CLI::App* app, const std::string&, CLI::AppFormatMode) {
+    return help_of(text_of(*app), terminal_columns());
+  });
+  program.get_help_ptr()->description("Print this text.");
   int exit_code{exit_done};
-  program.set_version_flag("--version", fmt::format("{} {}", name, version()));
+  program.set_version_flag("--version", fmt::format("{} {}", name, version()), "Print the version.");
   program
       .add_flag_callback(
           "-q,--quiet", [] { spdlog::set_level(spdlog::level::warn); }, "Print warnings and errors only.")
@@ -74,6 +132,10 @@ int parse_and_run(int argc, char** argv, const char* name, Describe describe) {
           "-v,--verbose", [] { spdlog::set_level(spdlog::level::debug); }, "Print debug messages.")
       ->trigger_on_parse();
   describe(program, exit_code);
+  if (argc > 1 && argv[1] == completion_request) {
+    for (const std::string& line : completions(text_of(program), {argv + 2, argv + argc})) print("{}\n", line);
+    return exit_done;
+  }
   refuse_empty_values(program);
   try {
     program.parse(argc, argv);
@@ -83,7 +145,7 @@ int parse_and_run(int argc, char** argv, const char* name, Describe describe) {
     write_output(text.str());
     return code;
   } catch (const CLI::ParseError& error) {
-    return failed(name, exit_usage, std::string{error.what()} + "\nRun with --help for more information.");
+    return failed(name, exit_usage, usage_problem(program, error));
   }
   return exit_code;
 }
@@ -118,6 +180,10 @@ Option Option::required() const {
   return Option{option_->required()};
 }
 
+Option Option::optional_value(const std::string& otherwise) const {
+  return Option{option_->expected(0, 1)->default_str(otherwise)};
+}
+
 Option Option::expected(int minimum, int maximum) const {
   return Option{minimum == maximum ? option_->expected(minimum) : option_->expected(minimum, maximum)};
 }
@@ -131,15 +197,17 @@ Option Option::delimiter(char letter) const {
 }
 
 Option Option::check(const OptionCheck& check, const std::string& range) const {
-  return Option{option_->check(check, range)};
+  if (!range.empty()) option_->description(fmt::format("{} Range: {}.", option_->get_description(), range));
+  return Option{option_->check(check)};
 }
 
 Option Option::one_of(const std::vector<std::string>& values) const {
-  return Option{option_->check(CLI::IsMember(values))};
+  return Option{
+      option_->type_name(fmt::format("{}", fmt::join(values, "|")))->check(CLI::IsMember(values).description(""))};
 }
 
 Option Option::within(int minimum, int maximum) const {
-  return Option{option_->check(CLI::Range(minimum, maximum))};
+  return Option{option_->check(CLI::Range(minimum, maximum).description(""))};
 }
 
 Option Option::show_default() const {
@@ -162,6 +230,10 @@ void Command::footer(const std::string& text) const {
   app_->footer(text);
 }
 
+void Command::group(Group group) const {
+  app_->option_defaults()->group(std::string{names_of(Group{}).at(static_cast<std::size_t>(group))});
+}
+
 void Command::callback(const std::function<void()>& run) const {
   app_->callback(run);
 }
@@ -169,13 +241,14 @@ void Command::callback(const std::function<void()>& run) const {
 Command Command::add_command(const std::string& name, const std::string& description) const {
   CLI::App* const command{app_->add_subcommand(name, description)};
   command->fallthrough();
+  command->get_help_ptr()->description("Print this text.");
   return *command;
 }
 
 void Command::require_command() const {
   app_->require_subcommand(0, 1);
   app_->callback([app = app_] {
-    if (app->get_subcommands().empty()) throw CLI::RequiredError{"A sub-command"};
+    if (app->get_subcommands().empty()) throw CLI::RequiredError{"A command"};
   });
 }
 

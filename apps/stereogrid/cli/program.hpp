@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "cli/help.hpp"
+
 // NOLINTNEXTLINE(readability-identifier-naming): CLI11's own name
 namespace CLI {
 class App;
@@ -36,6 +38,7 @@ void add_info_command(Command tool, int& exit_code);
 void add_live_command(Command tool, int& exit_code);
 void add_view_command(Command tool, int& exit_code);
 void add_config_command(Command tool);
+void add_completion_command(Command tool);
 
 /// Returns the fault of an option's value; "": none.
 using OptionCheck = std::function<std::string(const std::string& value)>;
@@ -52,9 +55,11 @@ class Option {
  public:
   explicit Option(CLI::Option* option) : option_{option} {}
 
-  /// Name of its value in --help.
+  /// Its value in --help and for completion (OptionText::value).
   Option type_name(const std::string& name) const;
   Option required() const;
+  /// Its value may be left out, and then is `otherwise`.
+  Option optional_value(const std::string& otherwise) const;
   /// Number of its values.
   Option expected(int minimum, int maximum) const;
   Option expected(int values) const { return expected(values, values); }
@@ -62,8 +67,9 @@ class Option {
   Option take_all() const;
   /// Between values in one argument.
   Option delimiter(char letter) const;
-  /// `range`: as --help shows it.
+  /// `range`: as --help shows it; "": not at all.
   Option check(const OptionCheck& check, const std::string& range = "") const;
+  /// --help and completion show the values.
   Option one_of(const std::vector<std::string>& values) const;
   Option within(int minimum, int maximum) const;
   /// --help has its default.
@@ -83,6 +89,8 @@ class Command {
   void description(const std::string& text) const;
   /// Last part of --help.
   void footer(const std::string& text) const;
+  /// Group of the options that are added from now on.
+  void group(Group group) const;
   /// Called when the command line is parsed.
   void callback(const std::function<void()>& run) const;
   [[nodiscard]] Command add_command(const std::string& name, const std::string& description) const;

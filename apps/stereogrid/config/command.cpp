@@ -18,6 +18,7 @@ namespace {
 struct ListOptions {
   ConfigOptions config;
   bool json{false};
+  bool yaml{false};
   bool markdown{false};
 };
 
@@ -79,13 +80,19 @@ void add_config_command(Command tool) {
   auto options{std::make_shared<ListOptions>()};
   const Command command{tool.add_command("config", "List every parameter: value, unit, range, description.")};
   add_config_options(command, options->config);
+  command.group(Group::output);
+  const Option yaml{
+      command.add_flag("--yaml", options->yaml, "Print a file for --config: 'config --yaml > mine.yaml'.")};
   const Option json{command.add_flag("--json", options->json, "Print JSON, values only.")};
-  command.add_flag("--markdown", options->markdown, "Print the page docs/config.md.").excludes(json);
+  json.excludes(yaml);
+  command.add_flag("--markdown", options->markdown, "Print the page docs/config.md.").excludes(json).excludes(yaml);
   command.callback([options] {
     if (options->markdown) return print_markdown();
     const Config config{config_from(options->config)};
     if (options->json) {
       print("{}\n", io::to_json(config, 2));
+    } else if (options->yaml) {
+      print("{}", io::to_yaml(config));
     } else {
       print_yaml_like(config);
     }

@@ -58,12 +58,20 @@ messages::FrameMessagesOptions sent_by(const MessageOptions& options) {
 
 }  // namespace
 
+void add_recording_option(Command command, MessageOptions& options, bool has_folder) {
+  const std::string description{
+      "Record the results as ROS 2 messages, too (docs/messages.md), for 'view', Foxglove, Lichtblick or ros2 bag."};
+  if (!has_folder) {
+    command.add_option("--mcap", options.mcap, description).type_name("FILE.mcap");
+    return;
+  }
+  command.add_option("--mcap", options.mcap, description + " Without a file: DIR/run.mcap.")
+      .type_name("[FILE.mcap]")
+      .optional_value(MessageOptions::in_run_folder);
+}
+
 void add_message_options(Command command, MessageOptions& options) {
-  command
-      .add_option("--mcap", options.mcap,
-                  "Record the results as ROS 2 messages, too (docs/messages.md), for Foxglove, Lichtblick or "
-                  "ros2 bag.")
-      .type_name("FILE.mcap");
+  command.group(Group::messages);
   command
       .add_option("--mcap-topics", options.topics,
                   "Topics to record, such as occupancy_grid,obstacles,tf; without disparity, points and images "

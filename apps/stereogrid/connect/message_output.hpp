@@ -23,12 +23,18 @@ class Command;
 
 /// Which recording, and which topics of docs/messages.md.
 struct MessageOptions {
-  std::filesystem::path mcap;           ///< empty: none
+  /// --mcap without a file: the recording goes into the folder of the run.
+  static constexpr const char* in_run_folder{"/"};
+
+  std::filesystem::path mcap;           ///< empty: none; in_run_folder: the file has no name of its own
   std::vector<std::string> topics;      ///< topics of the recording; empty: all
   std::optional<OccupancyScale> scale;  ///< none: percent
   Ros2Options ros2{};
 };
 
+/// --mcap; `has_folder`: of a command with a folder of results, where the recording goes if no file is given.
+void add_recording_option(Command command, MessageOptions& options, bool has_folder);
+/// All others.
 void add_message_options(Command command, MessageOptions& options);
 
 /// Throws ConfigError: a topic that does not exist, topics without a file, a file that is there already.

@@ -45,6 +45,7 @@ ListenAddress listen_address_of(const std::string& text) {
 }
 
 void add_page_options(Command command, PageOptions& options) {
+  command.group(Group::page);
   command
       .add_option("--listen", options.listen,
                   "Address of the page. On an address other than loopback its link has a token, without which access "

@@ -58,6 +58,8 @@ class Page {
 
 /// The page of viewer/; its front page is "/".
 [[nodiscard]] std::vector<server::Asset> viewer_assets();
+/// Scripts for shells: /bash.sh and so on (packaging/completion).
+[[nodiscard]] std::vector<server::Asset> completion_scripts();
 
 /// Parts of the report that `evaluate --html` writes; page.html has placeholders.
 [[nodiscard]] std::vector<server::Asset> report_assets();

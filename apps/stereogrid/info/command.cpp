@@ -231,6 +231,7 @@ void add_info_command(Command tool, int& exit_code) {
       tool.add_command("info", "Contents and faults of an input, and the files that a run would use.")};
   add_input_options(command, options->input);
   add_config_options(command, options->config);
+  command.group(Group::output);
   command
       .add_option("--propose-mask", options->proposed_mask,
                   "Go through the whole drive, look for what shows the vehicle itself at the lower edge of the image, "

@@ -15,13 +15,30 @@
 namespace stereogrid::app {
 namespace {
 
-void add_result_options(Command command, RunOptions& options) {
+void add_output_options(Command command, RunOptions& options) {
+  command.group(Group::output);
+  command.add_option("--out,-o", options.folder, "Folder of the results (docs/format.md).").type_name("DIR").required();
+  command.add_flag("--pictures", options.pictures, "Write a visualisation of every frame, too: pictures/NAME.png.");
+  command
+      .add_option("--video", options.video,
+                  "Write the visualisations as a video, too, with ffmpeg: .gif, .webp, or else H.264.")
+      .type_name("FILE.mp4|FILE.gif|FILE.webp");
+  command.add_flag("--view", options.view, "Show the results in the browser during the run, too.");
+  add_recording_option(command, options.messages, true);
+  command.add_flag("--resume", options.resume, "Continue a stopped run, with the same results.");
+}
+
+void add_grid_options(Command command, RunOptions& options) {
   command.add_option("--fuse", options.fuse, "Fuse the stereo grid with one of the input's lidar sweeps (fusion.*).")
       .one_of({"none", "lidar"})
       .show_default();
   command.add_option("--predict", options.predict_s, "Horizons in seconds of predicted grids: predictions/NAME.npz.")
       .delimiter(',')
       .type_name("S,S,...");
+}
+
+void add_file_options(Command command, RunOptions& options) {
+  command.group(Group::files);
   command.add_flag("--compact", options.compact,
                    "Small grids: in the vehicle's frame only, without covariances, occupancies to 1/256, velocities to "
                    "1/16 m/s, ages to 1/64 s.");
@@ -30,16 +47,43 @@ void add_result_options(Command command, RunOptions& options) {
                   "Only these arrays of grids/NAME.npz: occupancy, velocity, age_s and so on (docs/format.md). Left "
                   "out: all.")
       .delimiter(',')
-      .type_name("NAME,NAME,...");
+      .type_name("LAYER,LAYER,...");
   command
       .add_option("--every", options.every,
                   "Process all frames, but write only those whose index in the input is a multiple of N.")
       .type_name("N")
-      .check(whole_number(1, 1'000'000'000), "[1 - 1000000000]")
+      .check(whole_number(1, 1'000'000'000))
       .show_default();
   command.add_flag("--save-stages", options.save_stages,
                    "Write intermediate results of the stages, too: stages/NAME.npz.");
-  command.add_flag("--pictures", options.pictures, "Write a visualisation of every frame, too: pictures/NAME.png.");
+}
+
+void add_long_run_options(Command command, RunOptions& options) {
+  command.group(Group::long_runs);
+  command
+      .add_option("--frames", options.frames,
+                  std::string{frame_range_help} + " The world frame is that of the whole input.")
+      .type_name("FIRST:LAST");
+  command
+      .add_option("--warm-up", options.warm_up,
+                  "Frames processed before the first of --frames and not written, so that the "
+                  "filter starts with their state.")
+      .type_name("N")
+      .within(0, 1'000'000'000)
+      .show_default();
+  command
+      .add_option("--input-wait", options.input_wait_s,
+                  "Maximum time to load a frame, as for a file system that hangs. Exit code 75.")
+      .type_name("S")
+      .within(1, 1'000'000)
+      .show_default();
+  command
+      .add_option("--checkpoint-every", options.checkpoint_every,
+                  "Interval in frames at which the state is saved for --resume; 0: never, so that --resume "
+                  "has to work through the frames from the first one on again.")
+      .type_name("N")
+      .within(0, 1'000'000'000)
+      .show_default();
 }
 
 }  // namespace
@@ -66,43 +110,15 @@ void add_run_command(Command tool, int& exit_code) {
   auto options{std::make_shared<RunOptions>()};
   const Command command{tool.add_command("run", "Compute occupancy grids and obstacles from a stereo drive.")};
   add_input_options(command, options->input);
-  command.add_option("--out,-o", options->folder, "Folder of the results (docs/format.md).")
-      .type_name("DIR")
-      .required();
+  add_output_options(command, *options);
   add_config_options(command, options->config);
-  add_result_options(command, *options);
-  command
-      .add_option("--frames", options->frames,
-                  std::string{frame_range_help} + " The world frame is that of the whole input.")
-      .type_name("FIRST:LAST");
-  command
-      .add_option("--warm-up", options->warm_up,
-                  "Frames processed before the first of --frames and not written, so that the "
-                  "filter starts with their state.")
-      .type_name("N")
-      .within(0, 1'000'000'000)
-      .show_default();
+  add_grid_options(command, *options);
   add_device_options(command, options->device);
-  command.add_option("--video", options->video, "Write the visualisations as a video, too (H.264, with ffmpeg).")
-      .type_name("FILE.mp4");
+  add_long_run_options(command, *options);
+  add_file_options(command, *options);
   add_message_options(command, options->messages);
-  const Option view{command.add_flag("--view", options->view, "Show the results in the browser during the run, too.")};
   add_page_options(command, options->page);
-  for (const char* name : {"--listen", "--allow-origin"}) command.option(name).needs(view);
-  command.add_flag("--resume", options->resume, "Continue a stopped run, with the same results.");
-  command
-      .add_option("--input-wait", options->input_wait_s,
-                  "Maximum time to load a frame, as for a file system that hangs. Exit code 75.")
-      .type_name("S")
-      .within(1, 1'000'000)
-      .show_default();
-  command
-      .add_option("--checkpoint-every", options->checkpoint_every,
-                  "Interval in frames at which the state is saved for --resume; 0: never, so that --resume "
-                  "has to work through the frames from the first one on again.")
-      .type_name("N")
-      .within(0, 1'000'000'000)
-      .show_default();
+  for (const char* name : {"--listen", "--allow-origin"}) command.option(name).needs(command.option("--view"));
   command.callback([options, &exit_code] { exit_code = run(*options); });
 }
 

@@ -6,6 +6,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <utility>
@@ -167,7 +168,11 @@ void print_summary(const io::RunRecord& record, double frames_per_second) {
 
 }  // namespace
 
-int run(const RunOptions& options) {
+int run(const RunOptions& requested) {
+  RunOptions options(requested);
+  if (options.messages.mcap == MessageOptions::in_run_folder) {
+    options.messages.mcap = std::filesystem::path{options.folder} / "run.mcap";
+  }
   check_options(options);
   const Config config{config_from(options.config)};
   const Input input{open_input(options.input)};

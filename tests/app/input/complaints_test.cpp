@@ -81,7 +81,7 @@ TEST(ExitCodes, WrongUsageIs64) {
   const TemporaryFolder folder;
   const std::string out{(folder / "run").string()};
   for (const WrongUsage& wrong :
-       std::vector<WrongUsage>{{{}, "sub-command"},
+       std::vector<WrongUsage>{{{}, "command"},
                                {{"fly"}, "fly"},
                                {{"run", "scene:empty"}, "--out"},
                                {{"run", "scene:empty", "--out", out, "--frobnicate"}, "--frobnicate"},
@@ -130,6 +130,11 @@ TEST(Device, AutoFallsBackToTheCpuAndSaysSo) {
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_THAT(outcome.errors, HasSubstr("on the CPU. No GPU: The CUDA library missing.so"));
   EXPECT_EQ(json_of(out / "run.json")["device"], "cpu");
+  // without --device auto: only with -v
+  const std::string scene{small_scene("empty", "&frames=1")};
+  EXPECT_THAT(errors_of(0, {"run", scene, "--out", (folder / "other").string()}, no_cuda), Not(HasSubstr("GPU")));
+  EXPECT_THAT(errors_of(0, {"run", scene, "--out", (folder / "verbose").string(), "-v"}, no_cuda),
+              HasSubstr("on the CPU. No GPU"));
 }
 
 TEST(ExitCodes, WhatMayWorkLaterIs75) {

@@ -1,0 +1,168 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// --help, suggestions for misspelt words, completion.
+#include <algorithm>
+#include <fstream>
+#include <sstream>
+
+#include "support.hpp"
+
+namespace stereogrid::app::testing {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::Eq;
+using ::testing::HasSubstr;
+using ::testing::IsSupersetOf;
+using ::testing::Not;
+using ::testing::StartsWith;
+
+const std::vector<std::string> commands{"run",  "simulate", "evaluate", "export",    "info",
+                                        "live", "view",     "config",   "completion"};
+
+std::vector<std::string> lines_of_text(const std::string& text) {
+  std::istringstream stream{text};
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+std::size_t characters_of(const std::string& line) {
+  return static_cast<std::size_t>(std::ranges::count_if(line, [](char byte) { return (byte & '\xc0') != '\x80'; }));
+}
+
+std::string help_of(const std::vector<std::string>& command, const std::string& columns) {
+  std::vector<std::string> words(command);
+  words.emplace_back("--help");
+  const Outcome outcome{run_tool(words, "COLUMNS=" + columns)};
+  EXPECT_EQ(outcome.exit_code, 0);
+  return outcome.output;
+}
+
+TEST(Help, FitsTheTerminal) {
+  for (const std::size_t columns : {80U, 100U, 120U}) {
+    std::vector<std::vector<std::string>> all{{}};
+    for (const std::string& command : commands) all.push_back({command});
+    for (const std::vector<std::string>& command : all) {
+      for (const std::string& line : lines_of_text(help_of(command, std::to_string(columns)))) {
+        EXPECT_LE(characters_of(line), columns) << line;
+      }
+    }
+  }
+  EXPECT_LT(lines_of_text(help_of({"run"}, "120")).size(), lines_of_text(help_of({"run"}, "80")).size());
+  EXPECT_EQ(help_of({"run"}, "none"), help_of({"run"}, "80")) << "the width of a pipe";
+}
+
+TEST(Help, HasGroupsInTheOrderOfUse) {
+  std::vector<std::string> titles;
+  for (const std::string& line : lines_of_text(help_of({"run"}, "80"))) {
+    if (!line.empty() && line.front() != ' ' && line.back() == ':') titles.push_back(line);
+  }
+  EXPECT_THAT(titles,
+              ElementsAre("Output:", "Input:", "Grid and camera:", "Speed and device:", "Parts of a drive, long runs:",
+                          "Depth, disparities, bags and videos:", "Contents of the files:", "Messages and ROS 2:",
+                          "Page in the browser:", "General:", "Examples:"));
+}
+
+TEST(Help, NamesDefaultsAndValues) {
+  EXPECT_THAT(help_of({"completion"}, "80"), HasSubstr("Usage: stereogrid completion bash|zsh|fish [OPTIONS]"));
+  EXPECT_THAT(help_of({"run"}, "120"),
+              AllOf(HasSubstr("Usage: stereogrid run INPUT [RIGHT] --out DIR"), HasSubstr("-o, --out DIR"),
+                    HasSubstr("--preset default|robot|paper"), HasSubstr("--fuse none|lidar"), HasSubstr("[100]"),
+                    HasSubstr("--mcap [FILE.mcap]"), HasSubstr("-q, --quiet"), Not(HasSubstr("1000000000"))));
+}
+
+TEST(Suggestions, NameTheNearestOptionOrCommand) {
+  EXPECT_THAT(errors_of(64, {"rnu", "scene:street"}), HasSubstr("rnu: unknown command. Did you mean 'run'?"));
+  EXPECT_THAT(errors_of(64, {"run", "scene:street", "--out", "x", "--pictres"}),
+              AllOf(HasSubstr("--pictres: unknown option. Did you mean '--pictures'?"),
+                    HasSubstr("'stereogrid run --help' lists all")));
+  EXPECT_THAT(errors_of(64, {"run", "scene:street", "--ou", "x"}), HasSubstr("Did you mean '--out'?"));
+  EXPECT_THAT(errors_of(64, {"run", "scene:street", "--presett=paper"}), HasSubstr("Did you mean '--preset'?"));
+  EXPECT_THAT(errors_of(64, {"run", "scene:street", "--frobnicate"}), Not(HasSubstr("Did you mean")));
+  EXPECT_THAT(errors_of(64, {"config", "paper"}), HasSubstr("paper: unexpected argument. Usage: stereogrid config"));
+}
+
+TEST(Suggestions, NameTheOptionWithTheInputAsItsValue) {
+  EXPECT_THAT(errors_of(64, {"run", "--mcap", "scene:street", "--out", "x"}),
+              AllOf(HasSubstr("INPUT is required"), HasSubstr("--mcap took 'scene:street'")));
+}
+
+/// Candidates for the last word, without descriptions.
+std::vector<std::string> candidates(std::vector<std::string> words) {
+  words.insert(words.begin(), "__complete");
+  std::vector<std::string> found{lines_of_text(run_well(words).output)};
+  for (std::string& line : found) line = line.substr(0, line.find('\t'));
+  return found;
+}
+
+TEST(Completion, KnowsCommandsOptionsAndValues) {
+  EXPECT_THAT(candidates({""}), IsSupersetOf(commands));
+  EXPECT_THAT(candidates({"si"}), ElementsAre("simulate"));
+  EXPECT_THAT(candidates({"run", "--mcap-"}), ElementsAre("--mcap-topics"));
+  EXPECT_THAT(candidates({"run", "--preset", ""}), ElementsAre("default", "robot", "paper"));
+  EXPECT_THAT(candidates({"run", "--preset=r"}), ElementsAre("--preset=robot"));
+  EXPECT_THAT(candidates({"run", "--device", "c"}), ElementsAre("cpu", "cuda"));
+  EXPECT_THAT(candidates({"run", "--poses", ""}), ElementsAre("none", "file", "odometry", ":files"));
+  EXPECT_THAT(candidates({"run", "--out", ""}), ElementsAre(":folders"));
+  EXPECT_THAT(candidates({"run", "--set", "grid.le"}), ElementsAre("grid.length_m="));
+  EXPECT_THAT(candidates({"run", "--set", "filter.model="}), Contains(Eq("filter.model=joint")));
+  EXPECT_THAT(candidates({"run", "--layers", "age_s,vel"}), ElementsAre("age_s,velocity", "age_s,velocity_covariance"));
+  EXPECT_THAT(candidates({"run", "scene:stre"}), ElementsAre(":files", "scene:street"));
+  EXPECT_THAT(candidates({"run", "--mcap", "scene:stre"}), ElementsAre(":files", ":files", "scene:street"));
+  EXPECT_THAT(candidates({"simulate", "cro"}), ElementsAre("crossing"));
+  EXPECT_THAT(candidates({"completion", ""}), ElementsAre("bash", "zsh", "fish"));
+  EXPECT_THAT(candidates({"run", "--frames", ""}), ElementsAre());
+}
+
+bool has_shell(const std::string& name) {
+  return shell("command -v " + name + " >/dev/null") == 0;
+}
+
+/// Lines that a script prints in a shell with its completion.
+std::vector<std::string> complete_in(const std::string& name, const std::string& script) {
+  const TemporaryFolder folder;
+  const fs::path file{folder / "complete"};
+  std::ofstream{file} << run_well({"completion", name}).output;
+  const std::string path{fs::path{STEREOGRID_TOOL}.parent_path().string() + ":/usr/bin:/bin"};
+  return lines_of_text(run_program(name, {"-c", "source " + file.string() + "\n" + script}, "PATH=" + path).output);
+}
+
+TEST(Completion, OfBashStopsAtEqualsSignsAndColons) {
+  if (!has_shell("bash")) GTEST_SKIP() << "no bash";
+  const auto in_bash = [](const std::string& words) {
+    return complete_in("bash",
+                       "COMP_WORDS=(" + words +
+                           ") COMP_LINE=${COMP_WORDS[*]}\n"
+                           "COMP_LINE=${COMP_LINE// = /=} COMP_LINE=${COMP_LINE// : /:}\n"
+                           "COMP_POINT=${#COMP_LINE} COMP_CWORD=$((${#COMP_WORDS[@]} - 1))\n_stereogrid 2>/dev/null\n"
+                           "printf '%s\\n' \"${COMPREPLY[@]}\"");
+  };
+  EXPECT_THAT(in_bash("stereogrid si"), ElementsAre("simulate"));
+  EXPECT_THAT(in_bash("stereogrid run --set grid.le"), ElementsAre("grid.length_m="));
+  EXPECT_THAT(in_bash("stereogrid run --preset = pa"), ElementsAre("paper"));
+  EXPECT_THAT(in_bash("stereogrid info scene : cro"), Contains(Eq("crossing")));
+}
+
+TEST(Completion, OfZshDescribesOptions) {
+  if (!has_shell("zsh")) GTEST_SKIP() << "no zsh";
+  const auto in_zsh = [&](const std::string& words, const std::string& current) {
+    return complete_in("zsh", "_describe() { print -l -- \"${(@P)2}\" }\ncompadd() { print -l -- \"$@\" }\nwords=(" +
+                                  words + ") CURRENT=" + current + "\n_stereogrid");
+  };
+  EXPECT_THAT(in_zsh("stereogrid si", "2"), ElementsAre(StartsWith("simulate:Write")));
+  EXPECT_THAT(in_zsh("stereogrid run --set grid.le", "4"), Contains(Eq("grid.length_m=")));
+}
+
+TEST(Completion, OfFishDescribesOptions) {
+  if (!has_shell("fish")) GTEST_SKIP() << "no fish";
+  EXPECT_THAT(complete_in("fish", "complete -C 'stereogrid si'"), ElementsAre(StartsWith("simulate\tWrite")));
+  EXPECT_THAT(complete_in("fish", "complete -C 'stereogrid run --preset '"),
+              IsSupersetOf({"default", "robot", "paper"}));
+}
+
+}  // namespace
+}  // namespace stereogrid::app::testing
