@@ -21,6 +21,7 @@
 #include "run/result_writer.hpp"
 #include "run/resume.hpp"
 #include "run/run_loop.hpp"
+#include "run/summary.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/io/run_folder/checkpoint.hpp"
@@ -111,19 +112,13 @@ WriterOptions writer_options(const RunOptions& options, const Input& input, cons
 /// The exit code of a run that has not reached its last frame. Throws DeviceError where a frame was unavailable.
 int stopped(const RunOptions& options, const io::RunRecord& record, const RunLoop& loop) {
   if (loop.unavailable().empty()) {
-    spdlog::warn("stopped; the same command with --resume continues");
+    const bool has_summary{spdlog::should_log(spdlog::level::info)};
+    if (!has_summary) spdlog::warn("stopped; the same command with --resume continues");
     return exit_signal_base + interrupted();
   }
   throw DeviceError{fmt::format("{} {} of {} frames are done; the same command{} continues.", loop.unavailable(),
                                 record.finished().size(), record.frames_to_write(),
                                 options.resume ? "" : " with --resume")};
-}
-
-std::ptrdiff_t frames_of_stereo_alone(const io::RunRecord& record) {
-  return std::ranges::count_if(record.finished(), [](const io::FrameSummary& frame) {
-    return std::ranges::any_of(frame.warnings,
-                               [](const Warning& warning) { return warning.text.starts_with(stereo_alone); });
-  });
 }
 
 /// Logs what is wrong with the frames of the run and the remedy, as `info` does.
@@ -149,21 +144,6 @@ void warn_of_frames(const io::RunRecord& record, const Input& input, const Pipel
 void warn_of_poses(const Input& input) {
   if (interrupted() != 0) return;
   if (const auto text{contradiction_of_poses(input)}) spdlog::warn("{}", *text);
-}
-
-/// Prints the results of a run to stdout; silent under --quiet.
-void print_summary(const io::RunRecord& record, double frames_per_second) {
-  if (!spdlog::should_log(spdlog::level::info)) return;
-  const io::FrameRange& range{record.range()};
-  print("{} frames, {} of {} skipped, {:.2f} frames per second\n", record.finished().size(), record.skipped().size(),
-        range.end - range.first, frames_per_second);
-  print("median ms per frame:");
-  for (const io::StageField& stage : io::stage_fields) {
-    print(" {} {:.1f}", stage.name, record.timing(stage.milliseconds).p50);
-  }
-  const std::ptrdiff_t alone{frames_of_stereo_alone(record)};
-  if (alone > 0) print("\n{} of {} frames had no lidar", alone, record.finished().size());
-  print("\nresults in {}\n", record.folder().string());
 }
 
 }  // namespace
@@ -207,7 +187,9 @@ int run(const RunOptions& requested) {
   loop.run(*input.source);
   record.save(loop.is_complete());
   if (!loop.is_complete() && !poses.takes_time()) loop.save_state();
-  print_summary(record, loop.frames_per_second());
+  if (spdlog::should_log(spdlog::level::info)) {
+    write_output(summary_of(options, input, record, loop.frames_done(), loop.seconds(), loop.is_complete()));
+  }
   warn_of_frames(record, input, pipeline);
   if (!loop.is_complete()) return stopped(options, record, loop);
   warn_of_poses(input);

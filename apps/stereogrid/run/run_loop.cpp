@@ -47,6 +47,19 @@ bool wait_for_frame(io::FrameQueue& queue, std::size_t index, std::chrono::secon
 
 constexpr std::size_t frames_ahead{4};
 
+/// Adds the time until its end to `seconds`.
+class Stopwatch {
+ public:
+  explicit Stopwatch(double& seconds) : seconds_{seconds} {}
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+  ~Stopwatch() { seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+
+ private:
+  double& seconds_;
+  std::chrono::steady_clock::time_point start_{std::chrono::steady_clock::now()};
+};
+
 /// A thread that waits for a file system cannot be ended; the process can.
 [[noreturn]] void end_process(const std::string& reason) {
   write_error(fmt::format("stereogrid: {}\n", reason));
@@ -81,12 +94,13 @@ void RunLoop::run(const FrameSource& source) {
   try {
     capture::run_frames(pipeline_, *this);
     if (!queue.stop_within(stop_wait)) give_up_waiting();
+    const Stopwatch writing{seconds_.writing};
     writer_.finish();
   } catch (const DeviceError& error) {
     if (queue.stop_within(stop_wait)) throw;
     end_process(error.what());
   }
-  seconds_ = progress.seconds();
+  seconds_.total = progress.seconds();
 }
 
 bool RunLoop::save_state() const {
@@ -98,6 +112,7 @@ bool RunLoop::save_state() const {
 }
 
 std::optional<capture::PreparedFrame> RunLoop::next() {
+  const Stopwatch reading{seconds_.reading};
   progress_->update(next_ - first_to_write_);
   has_ended_ = interrupted() != 0;
   if (has_ended_) return std::nullopt;
@@ -136,6 +151,7 @@ void RunLoop::deliver(capture::PreparedFrame& prepared, FrameResult& result) {
   record_.set_rig(pipeline_.next_rig());
   if (!record_.is_written(queued_.index)) return;
   record_.add_frame(io::summary_of(prepared.frame, result));
+  const Stopwatch writing{seconds_.writing};
   result = writer_.write(std::move(prepared.frame), std::move(result), checkpoint_after(queued_.index));
 }
 

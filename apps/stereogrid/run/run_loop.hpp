@@ -10,6 +10,7 @@
 
 #include "pose_stage.hpp"
 #include "run/result_writer.hpp"
+#include "run/summary.hpp"
 #include "stereogrid/capture/frame_loop.hpp"
 #include "stereogrid/io/frame_queue.hpp"
 #include "stereogrid/io/run_folder/checkpoint.hpp"
@@ -37,7 +38,9 @@ class RunLoop final : private capture::FrameHandler {
   [[nodiscard]] bool is_complete() const { return next_ == record_.range().end && unavailable_.empty(); }
   /// Why the frame after the last one could not be read, although it was there; "": it could.
   [[nodiscard]] const std::string& unavailable() const { return unavailable_; }
-  [[nodiscard]] double frames_per_second() const { return seconds_ > 0 ? frames_done_ / seconds_ : 0; }
+  /// Number of frames processed and written by run().
+  [[nodiscard]] int frames_done() const { return frames_done_; }
+  [[nodiscard]] const RunSeconds& seconds() const { return seconds_; }
 
  private:
   [[nodiscard]] std::optional<capture::PreparedFrame> next() override;
@@ -71,7 +74,7 @@ class RunLoop final : private capture::FrameHandler {
   std::optional<std::size_t> last_processed_;
   int frames_done_{0};
   std::size_t skipped_saved_{0};
-  double seconds_{0};
+  RunSeconds seconds_;
   std::set<std::string> reported_;
 };
 

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
+#include <signal.h>
+
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -11,6 +13,7 @@ namespace stereogrid::app::testing {
 namespace {
 
 using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 using Shape = std::vector<std::size_t>;
 
 std::set<std::string> keys_of(const Json& object) {
@@ -268,6 +271,35 @@ TEST(Run, MakesAnAnimatedImage) {
   const std::string webp{text_of(folder / "street.WEBP" / "street.WEBP")};
   EXPECT_EQ(webp.substr(8, 4), "WEBP");
   EXPECT_NE(webp.find("ANMF"), std::string::npos) << "several frames";
+}
+
+TEST(Summary, NamesTimesAndTheCommandsThatFollow) {
+  const TemporaryFolder folder;
+  const std::string out{(folder / "my run").string()};
+  const std::string output{
+      run_well({"run", small_scene("street", "&frames=2"), "--out", out, "--pictures", "--mcap"}).output};
+  for (const std::string& part :
+       {std::string{"2 frames, "}, std::string{"frames per second"}, std::string{"seconds: pipeline "},
+        std::string{", writing "}, std::string{", total "}, "results in " + out, out + "/pictures", out + "/run.mcap",
+        "stereogrid view '" + out + "'", "stereogrid evaluate '" + out + "'  (exact truth)"}) {
+    EXPECT_THAT(output, HasSubstr(part));
+  }
+  EXPECT_THAT(output, Not(HasSubstr("--resume")));
+  EXPECT_GT(fs::file_size(fs::path{out} / "run.mcap"), 10'000U);
+}
+
+TEST(Summary, OfAStoppedRunSaysHowToContinue) {
+  const TemporaryFolder folder;
+  const fs::path out{folder / "run"};
+  Process process{"sh",
+                  {"-c", "exec " + quoted(STEREOGRID_TOOL) + " run " + quoted(small_scene("street", "&frames=400")) +
+                             " --out " + quoted(out.string()) + " >" + quoted((folder / "output").string())}};
+  wait_for_frames(out, 2);
+  process.send(SIGINT);
+  EXPECT_EQ(process.wait(), 130);
+  const std::string output{text_of(folder / "output")};
+  EXPECT_THAT(output, ::testing::ContainsRegex("^stopped after [0-9]+ of 400 frames"));
+  EXPECT_THAT(output, HasSubstr("continue   the same command with --resume"));
 }
 
 }  // namespace
