@@ -8,11 +8,14 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/string_view.h>
 
+#include <algorithm>
 #include <array>
 #include <string_view>
 #include <type_traits>
+#include <vector>
 
 #include "bindings.hpp"
+#include "pipeline.hpp"
 #include "stereogrid/io/run_folder/frame_lines.hpp"
 
 namespace stereogrid::python {
@@ -57,7 +60,34 @@ auto to_python(const T& value) {
   }
 }
 
+/// Array of a field of all obstacles; kinds are a list of texts.
+template <class T>
+nb::object column_of(const std::vector<Obstacle>& obstacles, std::string_view name) {
+  if constexpr (std::is_same_v<T, ObstacleKind>) {
+    nb::list texts;
+    for (const Obstacle& obstacle : obstacles) texts.append(nb::cast(to_python(find<T>(obstacle, name))));
+    return texts;
+  } else {
+    auto* const values{new T[obstacles.size()]};
+    const nb::capsule owner{values, [](void* p) noexcept { delete[] static_cast<T*>(p); }};
+    std::ranges::transform(obstacles, values, [name](const Obstacle& obstacle) { return find<T>(obstacle, name); });
+    return nb::cast(nb::ndarray<nb::numpy, T, nb::ndim<1>>{values, {obstacles.size()}, owner});
+  }
+}
+
 }  // namespace
+
+nb::dict table_of(const std::vector<Obstacle>& obstacles) {
+  nb::dict table;
+  const Obstacle sample;
+  io::visit_fields(sample, [&](const io::ObstacleField& field, const auto& value) {
+    using T = std::remove_cvref_t<decltype(value)>;
+    if constexpr (!std::is_same_v<T, Outline> && !std::is_same_v<T, Covariance2>) {
+      table[field.name] = column_of<T>(obstacles, field.name);
+    }
+  });
+  return table;
+}
 
 void bind_obstacles(nb::module_& module) {
   nb::class_<Obstacle> obstacle{module, "Obstacle",

@@ -50,6 +50,9 @@ struct Result {
 /// A Result in Python.
 using ResultObject = nanobind::typed<nanobind::object, Result>;
 
+/// Fields of obstacles as one-dimensional arrays, and kinds as a list; outlines and covariances are left out.
+[[nodiscard]] nanobind::dict table_of(const std::vector<Obstacle>& obstacles);
+
 /// Optional arguments of process() with arrays.
 struct ArrayFrame {
   nb::handle left, right, disparity, depth;  // the caller keeps them alive

@@ -200,6 +200,10 @@ void bind_facts(nb::class_<Result>& result) {
   result.def_prop_ro("ground", [](const Result& self) { return self.data.ground; });
   result.def_prop_ro(
       "obstacles", [](const Result& self) { return self.data.obstacles; }, "Tracked obstacles, copies.");
+  result.def(
+      "obstacles_table", [](const Result& self) { return table_of(self.data.obstacles); },
+      "Returns the fields of the obstacles as arrays of shape (n,), such as pandas.DataFrame takes; `kind` is a list. "
+      "Outlines and covariances are left out.");
   result.def_prop_ro(
       "obstacle_density", [](const Result& self) { return self.data.obstacle_density; }, "Share of the pixels.");
   result.def_prop_ro(

@@ -32,6 +32,19 @@ def test_shapes_and_types(pipeline: sg.Pipeline, frames: list[sg.Frame]) -> None
     assert result.rig.width_px == 256
 
 
+def test_table_of_obstacles(pipeline: sg.Pipeline, frames: list[sg.Frame]) -> None:
+    results = [pipeline.process(frame) for frame in frames]
+    result = max(results, key=lambda one: len(one.obstacles))
+    assert len(result.obstacles) > 0
+    table = result.obstacles_table()
+    for name in ("id", "x_m", "vy_mps", "confirmed", "length_sigma_m"):
+        assert table[name].tolist() == [getattr(obstacle, name) for obstacle in result.obstacles], name
+    assert table["id"].dtype == np.int64 and table["confirmed"].dtype == np.bool_
+    assert table["kind"] == [obstacle.kind for obstacle in result.obstacles]
+    assert {len(column) for column in table.values()} == {len(result.obstacles)}
+    assert "outline" not in table and "position_covariance" not in table
+
+
 def test_terrain(frames: list[sg.Frame], scene: sg.Recording) -> None:
     flat = sg.Pipeline(sg.preset("paper"), scene.rig).process(frames[0])
     assert flat.elevation_m is None and flat.terrain is None
