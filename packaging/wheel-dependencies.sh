@@ -13,7 +13,8 @@ if command -v dnf >/dev/null; then
   dnf install -y epel-release
   dnf config-manager --set-enabled crb
   dnf install -y cmake ninja-build python3-pip yaml-cpp-devel json-devel fmt-devel tbb-devel highway-devel libzip-devel \
-    isa-l-devel turbojpeg-devel libtiff-devel libwebp-devel zlib-devel libzstd-devel lz4-devel sqlite-devel
+    isa-l-devel turbojpeg-devel libtiff-devel libwebp-devel zlib-devel libzstd-devel lz4-devel sqlite-devel cli11-devel \
+    spdlog-devel boost-devel
 fi
 
 folder=$(mktemp -d)

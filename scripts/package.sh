@@ -2,11 +2,17 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# package.sh [BUILD_FOLDER [CMAKE_OPTION...]]: Debian packages in BUILD_FOLDER/packages (build/package). Twice the same
-# sources make twice the same bytes.
+# package.sh [--debian] [BUILD_FOLDER [CMAKE_OPTION...]]: published files, in BUILD_FOLDER/packages (build/package): Debian
+# packages, and with scripts/wheel.sh a wheel and an archive of the tool. --debian: only the Debian packages. Twice
+# the same sources make twice the same bytes of these.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+only_debian=
+if [ "${1:-}" = --debian ]; then
+  only_debian=yes
+  shift
+fi
 build=${1:-$root/build/package}
 shift || true
 cd "$root"
@@ -18,7 +24,6 @@ date=$(LC_ALL=C date --utc --date "@$SOURCE_DATE_EPOCH" -R)
 configure() {
   cmake -S . -B "$build" -G Ninja --log-level=WARNING -DCMAKE_BUILD_TYPE=Release -DCMAKE_INSTALL_PREFIX=/usr \
     -DCMAKE_INSTALL_LIBDIR="lib/$(dpkg-architecture -q DEB_HOST_MULTIARCH)" -DBUILD_SHARED_LIBS=ON -DCMAKE_BUILD_WITH_INSTALL_RPATH=ON \
-    -DCMAKE_CXX_FLAGS="-ffile-prefix-map=$root=. -ffile-prefix-map=$build=build" \
     -DSTEREOGRID_TESTS=OFF -DSTEREOGRID_RESEARCH=OFF -DSTEREOGRID_DEBIAN=ON -DSTEREOGRID_DATE="$date" "$@"
 }
 configure "$@"
@@ -40,4 +45,7 @@ COLUMNS=120 "$build/bin/stereogrid" --help | sed -n '/^Commands:/,/^$/s/^  \([a-
 configure "$@"
 cpack --config "$build/CPackConfig.cmake" -B "$build/packages" >"$build/cpack.log" || { cat "$build/cpack.log" >&2; exit 1; }
 rm -rf "$build/packages/_CPack_Packages"
+if [ -z "$only_debian" ]; then
+  scripts/wheel.sh "$build/packages" /usr/bin/python3 "${@#-D}"
+fi
 ls -l "$build/packages"

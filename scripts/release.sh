@@ -2,8 +2,8 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# release.sh [FOLDER]: builds the published files of the checked-out commit: Debian packages, sources, their SPDX
-# documents, this version's part of CHANGELOG.md, checksums. Twice the same commit makes twice the same bytes. Run
+# release.sh [FOLDER]: builds the published files of the checked-out commit: Debian packages, a wheel, an archive of the
+# tool, sources, SPDX documents of the Debian packages, this version's part of CHANGELOG.md, checksums. Run
 # scripts/bare-debian.sh on the commit first: it checks the README's commands on a bare system.
 set -euo pipefail
 
@@ -21,7 +21,7 @@ version=$(sed -n 's/^project(stereogrid VERSION \([0-9.]*\).*/\1/p' CMakeLists.t
 rm -rf "$out"
 mkdir -p "$out"
 scripts/package.sh "$root/build/package"
-cp build/package/packages/*.deb "$out"
+cp build/package/packages/* "$out"
 git archive --format=tar --prefix="stereogrid-$version/" HEAD | gzip -9n >"$out/stereogrid-$version.tar.gz"
 awk '/^## /{if (found) exit; found=1} found' CHANGELOG.md >"$out/CHANGES-$version.md"
 python3 scripts/sbom.py "$version" "$out"/*.deb >"$out/stereogrid-$version.spdx.json"

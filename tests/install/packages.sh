@@ -2,12 +2,13 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# packages.sh SOURCE WORK: the Debian packages as users meet them: made twice with the same bytes, looked through by
+# packages.sh SOURCE WORK [CMAKE_OPTION...]: the Debian packages as users meet them: made twice with the same bytes, looked through by
 # lintian, installed into a root of their own, used there, installed again and removed without a trace.
 set -euo pipefail
 
 source=$1
 work=$2
+options=("${@:3}")
 skip=77
 for program in dpkg-deb help2man fakeroot; do
   command -v $program >/dev/null || { echo "SKIPPED: there is no $program"; exit $skip; }
@@ -17,7 +18,7 @@ fail() { echo "FAILED: $*" >&2; exit 1; }
 rm -rf "$work"
 mkdir -p "$work"
 for turn in first second; do
-  "$source/scripts/package.sh" "$work/$turn" >"$work/$turn.log" 2>&1 || { tail -20 "$work/$turn.log"; fail "$turn build"; }
+  "$source/scripts/package.sh" --debian "$work/$turn" "${options[@]}" >"$work/$turn.log" 2>&1 || { tail -20 "$work/$turn.log"; fail "$turn build"; }
 done
 (cd "$work/first/packages" && sha256sum ./*.deb) >"$work/sums"
 (cd "$work/second/packages" && sha256sum --check --quiet "$work/sums") || fail "other bytes the second time"
