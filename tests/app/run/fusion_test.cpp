@@ -12,6 +12,9 @@
 namespace stereogrid::app::testing {
 namespace {
 
+using ::testing::HasSubstr;
+using ::testing::Not;
+
 constexpr int ring_count{64};
 constexpr int beam_count{2000};
 
@@ -30,8 +33,8 @@ std::vector<float> ringed_sweep() {
   return scan;
 }
 
-}  // namespace
-
+/// Writes a drive of three frames in KITTI's odometry form over an empty road; the first and the last have a sweep. In
+/// it every second one of the upper rings, the odd ones, meets a wall 8 m ahead, which the images do not show.
 void put_lidar_drive(const fs::path& drive) {
   run_well({"simulate", small_scene("empty", "&frames=3&focal=80&baseline=0.5&camera_height=1.65"), "--out",
             (drive / "plain").string()});
@@ -47,15 +50,6 @@ void put_lidar_drive(const fs::path& drive) {
     file.write(reinterpret_cast<const char*>(scan.data()), static_cast<std::streamsize>(scan.size() * sizeof(float)));
   }
 }
-
-/// Writes a drive of three frames in KITTI's odometry form over an empty road; the first and the last have a sweep. In
-/// it every second one of the upper rings, the odd ones, meets a wall 8 m ahead, which the images do not show.
-void put_lidar_drive(const std::filesystem::path& drive);
-
-namespace {
-
-using ::testing::HasSubstr;
-using ::testing::Not;
 
 class Fusion : public ::testing::Test {
  protected:
