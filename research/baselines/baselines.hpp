@@ -6,7 +6,6 @@
 #include <unordered_map>
 #include <vector>
 
-#include "baselines/baselines.hpp"
 #include "stereogrid/camera.hpp"
 #include "stereogrid/evaluation/ray_fan.hpp"
 #include "stereogrid/frame.hpp"

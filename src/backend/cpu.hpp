@@ -6,13 +6,18 @@
 #include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
-
 #include <algorithm>
 #include <stdexcept>
 
-#include "backend/threads.hpp"
-
 namespace stereogrid {
+
+/// Throws DeviceError unless the system gives this process `count` more threads. Starts them to find out, until that
+/// has succeeded once: oneTBB starts threads from threads of its own, where a failure ends the program.
+void require_threads(int count);
+
+/// Within a handler: throws DeviceError for a failure of oneTBB or the standard library to start a thread, and anything
+/// else again.
+[[noreturn]] void rethrow_as_device_error(const std::runtime_error& error);
 
 /// Threads of the CPU back end, in an arena of its own so that other users of oneTBB in the process are left alone.
 class Cpu {

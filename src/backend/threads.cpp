@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "backend/threads.hpp"
+#include "backend/cpu.hpp"
 
 #include <atomic>
 #include <latch>

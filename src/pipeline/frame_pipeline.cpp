@@ -8,7 +8,6 @@
 
 #include "backend/cpu.hpp"
 #include "observation/rays/rays.hpp"
-#include "pipeline/extrinsics.hpp"
 #include "pipeline/results.hpp"
 #include "pipeline/stages.hpp"
 

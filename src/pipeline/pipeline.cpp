@@ -13,7 +13,6 @@
 #include "matching/correlation/simd.hpp"
 #include "memory_bytes.hpp"
 #include "pipeline/cuda_library.hpp"
-#include "pipeline/extrinsics.hpp"
 #include "pipeline/frame_input.hpp"
 #include "pipeline/frame_pipeline.hpp"
 #include "pipeline/results.hpp"

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "terrain/ring_view.hpp"
+#include "terrain/walk.hpp"
 
 #include <algorithm>
 #include <cmath>

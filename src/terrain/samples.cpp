@@ -5,8 +5,29 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 
+#include "geometry/relief.hpp"
 #include "terrain/medians.hpp"
+
+namespace stereogrid::plain {
+
+void find_medians(View<const float> obstacle, View<const float> road, int column, RowRange rows, float* medians) {
+  for (int v{rows.begin}; v < rows.end; ++v) {
+    std::array<float, sector_px> found{};
+    std::size_t count{0};
+    for (int u{column}; u < std::min(column + sector_px, obstacle.width); ++u) {
+      const float disparity{std::max(obstacle(u, v), road(u, v))};
+      if (!(disparity > 0)) continue;
+      std::size_t place{count++};
+      for (; place > 0 && found[place - 1] > disparity; --place) found[place] = found[place - 1];
+      found[place] = disparity;
+    }
+    *medians++ = count < 3 ? 0.0f : found[count / 2];
+  }
+}
+
+}  // namespace stereogrid::plain
 
 namespace stereogrid {
 namespace {
@@ -193,5 +214,4 @@ SectorRows TerrainSamples::rows_of(int sector) const {
           first_row_,
           height_px_};
 }
-
 }  // namespace stereogrid

@@ -6,8 +6,6 @@
 #include <array>
 #include <cmath>
 
-#include "terrain/ring_view.hpp"
-
 namespace stereogrid {
 namespace {
 

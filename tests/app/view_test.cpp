@@ -16,7 +16,6 @@
 #include "stereogrid/scenes/scene.hpp"
 #include "stereogrid/server/server.hpp"
 #include "view/playback.hpp"
-#include "view/stored_frames.hpp"
 
 namespace stereogrid::app {
 namespace {

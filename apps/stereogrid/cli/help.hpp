@@ -54,4 +54,12 @@ struct CommandText {
 /// Message about a word of the command line that `command` has no use for, with the nearest option or command.
 [[nodiscard]] std::string unknown_word(const CommandText& command, const std::string& word);
 
+/// First argument with which the scripts of packaging/completion call the program; the words of the command line
+/// follow.
+constexpr std::string_view completion_request{"__complete"};
+
+/// Candidates for the last of `words`, the part of the command line after the program's name: "WORD\tDESCRIPTION", or
+/// ":files" or ":folders" where the shell completes paths.
+[[nodiscard]] std::vector<std::string> completions(const CommandText& program, const std::vector<std::string>& words);
+
 }  // namespace stereogrid::app

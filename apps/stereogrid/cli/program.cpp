@@ -20,13 +20,12 @@
 #include <exception>
 #include <filesystem>
 #include <new>
-#include <optional>
 #include <sstream>
 #include <string>
 #include <vector>
 
-#include "cli/completion.hpp"
 #include "cli/console.hpp"
+#include "cli/help.hpp"
 #include "device_options.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/paths.hpp"

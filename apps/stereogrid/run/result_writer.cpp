@@ -20,7 +20,6 @@
 
 #include "locks/folder_lock.hpp"
 #include "pictures/picture.hpp"
-#include "run/video.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/image_file.hpp"

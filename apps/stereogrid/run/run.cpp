@@ -21,7 +21,6 @@
 #include "run/result_writer.hpp"
 #include "run/resume.hpp"
 #include "run/run_loop.hpp"
-#include "run/summary.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/io/run_folder/checkpoint.hpp"

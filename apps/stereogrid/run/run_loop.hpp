@@ -8,9 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "input.hpp"
 #include "pose_stage.hpp"
 #include "run/result_writer.hpp"
-#include "run/summary.hpp"
+#include "run/run.hpp"
 #include "stereogrid/capture/frame_loop.hpp"
 #include "stereogrid/io/frame_queue.hpp"
 #include "stereogrid/io/run_folder/checkpoint.hpp"
@@ -19,6 +20,21 @@
 #include "sweeps.hpp"
 
 namespace stereogrid::app {
+
+/// Wall-clock seconds of a run.
+struct RunSeconds {
+  double total{0};
+  double reading{0};  ///< in which the pipeline waited for the input
+  double writing{0};  ///< in which the pipeline waited for the files of results
+};
+
+/// A word of a command line, in quotes if the shell needs them.
+[[nodiscard]] std::string shell_word(const std::string& word);
+
+/// Numbers of frames and times of a run, and the commands for its results. `frames`: number of those that this
+/// run has processed.
+[[nodiscard]] std::string summary_of(const RunOptions& options, const Input& input, const io::RunRecord& record,
+                                     int frames, const RunSeconds& seconds, bool is_complete);
 
 class Progress;
 

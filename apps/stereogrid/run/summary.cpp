@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "run/summary.hpp"
+#include "run/run_loop.hpp"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "run/video.hpp"
+#include "run/result_writer.hpp"
 
 #include <fmt/format.h>
 

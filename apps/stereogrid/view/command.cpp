@@ -19,7 +19,6 @@
 #include "stereogrid/mcap/bag.hpp"
 #include "stereogrid/server/server.hpp"
 #include "view/playback.hpp"
-#include "view/stored_frames.hpp"
 
 namespace stereogrid::app {
 namespace {

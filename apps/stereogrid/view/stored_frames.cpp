@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "view/stored_frames.hpp"
+#include "view/playback.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -3,15 +3,35 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
+#include <new>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "filter/joint/even_model.hpp"
 #include "geometry/window.hpp"
 #include "memory_bytes.hpp"
-#include "unset_allocator.hpp"
 
 namespace stereogrid {
+
+/// Leaves numbers without a given value unset, so that memory that is never written takes no time and no pages.
+template <class Number>
+struct UnsetAllocator : std::allocator<Number> {
+  template <class Other>
+  struct rebind {
+    using other = UnsetAllocator<Other>;
+  };
+
+  template <class Other, class... Values>
+  void construct(Other* place, Values&&... values) {
+    if constexpr (sizeof...(values) == 0) {
+      ::new (static_cast<void*>(place)) Other;
+    } else {
+      ::new (static_cast<void*>(place)) Other(std::forward<Values>(values)...);
+    }
+  }
+};
 
 /// Maximum number of blocks with masses.
 constexpr int moving_blocks_max{512};

@@ -1,6 +1,5 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "filter/joint/sparsity.hpp"
 
 #include "filter/reference_step.hpp"
 
