@@ -101,6 +101,7 @@ io::RunInput describe(const Input& input, const InputOptions& options) {
   if (input.scene != nullptr) return {"scene", options.paths, options.poses, "", "", text_of(options.mask)};
   std::vector<std::string> paths;
   for (const std::string& path : options.paths) paths.push_back(text_of(path));
+  if (input.recording == nullptr) return {"arrays", {"arrays"}, options.poses, "", ""};
   const io::RecordingContents& contents{input.recording->contents()};
   return {contents.kind,
           std::move(paths),
@@ -112,6 +113,7 @@ io::RunInput describe(const Input& input, const InputOptions& options) {
 
 double rate_hz(const Input& input) {
   if (input.scene != nullptr) return input.scene->options().rate_hz;
+  if (input.recording == nullptr) return 10;
   const std::vector<io::RecordedFrame>& frames{input.recording->contents().frames};
   std::vector<double> steps_s;
   for (std::size_t i{1}; i < frames.size(); ++i) {

@@ -46,7 +46,7 @@ void add_input_options(Command command, InputOptions& options);
 /// Source of the poses.
 enum class PoseSource { input, none, odometry };
 
-/// An opened INPUT. Exactly one of `recording` and `scene` is set and points into `source`.
+/// An opened INPUT. One of `recording` and `scene` is set and points into `source`; neither: frames in memory.
 struct Input {
   std::unique_ptr<FrameSource> source;
   const io::Recording* recording{nullptr};

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "arrays.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -10,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "stereogrid/io/recording.hpp"
 #include "stereogrid/pixel_view.hpp"
 
 namespace stereogrid::python {
@@ -211,6 +214,46 @@ void assign(Image<float>& measured, const Array& values, double units) {
     report_type(values, units > 0 ? "float32 or float64 in m, or uint16"
                                   : "float32 or float64 in px; divide fixed-point disparities by their scale");
   }
+}
+
+ImageArrays::ImageArrays(const ImageArguments& arguments)
+    : pixels_{arguments.pixels},
+      depth_units_per_m_{arguments.depth_scale.value_or(1000)},
+      is_depth_{!arguments.depth.is_none()},
+      left_{arguments.left, "left"} {
+  const bool is_disparity{!arguments.disparity.is_none()};
+  if ((is_disparity && is_depth_) || (!is_disparity && !is_depth_ && arguments.right.is_none())) {
+    throw nb::type_error("images: give right, disparity or depth beside left; disparity and depth exclude each other.");
+  }
+  if (!(depth_units_per_m_ > 0)) {
+    throw nb::value_error(fmt::format("depth_scale: {} (allowed above 0).", depth_units_per_m_).c_str());
+  }
+  if (!arguments.right.is_none()) right_.emplace(arguments.right, "right");
+  if (is_disparity) external_.emplace(arguments.disparity, "disparity");
+  if (is_depth_) external_.emplace(arguments.depth, "depth");
+}
+
+void ImageArrays::assign_external(Image<float>& disparity, const Rig& rig) const {
+  if (!is_depth_) return assign(disparity, *external_, 0);
+  Image<float> depth_m;
+  assign(depth_m, *external_, depth_units_per_m_);
+  disparity = io::disparity_from_depth(depth_m, rig);
+}
+
+FrameImages ImageArrays::view(StereoFrame& copies, const Rig& rig) const {
+  FrameImages images;
+  images.left = grey_of(left_, pixels_, copies.left);
+  if (right_) images.right = grey_of(*right_, pixels_, copies.right);
+  if (!external_) return images;
+  assign_external(copies.disparity, rig);
+  images.disparity = copies.disparity.view();
+  return images;
+}
+
+void ImageArrays::copy_to(StereoFrame& frame, const Rig& rig) const {
+  assign(frame.left, left_, pixels_);
+  if (right_) assign(frame.right, *right_, pixels_);
+  if (external_) assign_external(frame.disparity, rig);
 }
 
 }  // namespace stereogrid::python

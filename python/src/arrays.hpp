@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 
+#include "stereogrid/frame.hpp"
 #include "stereogrid/image.hpp"
 
 namespace stereogrid::python {
@@ -80,5 +81,34 @@ void assign(Image<std::uint8_t>& grey, const Array& pixels, const PixelOptions& 
 /// Writes disparities or depths of (height, width) float, or uint16 divided by `units` (0: uint16 is rejected). Values
 /// that are not finite or not positive become 0 = none. Throws TypeError, ValueError.
 void assign(Image<float>& measured, const Array& values, double units);
+
+/// Arguments that describe the images of a frame.
+struct ImageArguments {
+  nb::handle left, right, disparity, depth;  // the caller keeps them alive
+  std::optional<double> depth_scale;
+  PixelOptions pixels;
+};
+
+/// Images of a frame as given by the caller. Construction and destruction require the GIL; the other functions do not.
+class ImageArrays {
+ public:
+  /// Throws TypeError: images are missing, or exclude each other; ValueError: depth_scale.
+  explicit ImageArrays(const ImageArguments& arguments);
+
+  /// Grey levels in place where possible; other images are written to `copies`. `rig`: for depths.
+  [[nodiscard]] FrameImages view(StereoFrame& copies, const Rig& rig) const;
+  /// Writes all images to `frame`.
+  void copy_to(StereoFrame& frame, const Rig& rig) const;
+
+ private:
+  void assign_external(Image<float>& disparity, const Rig& rig) const;
+
+  PixelOptions pixels_;
+  double depth_units_per_m_;
+  bool is_depth_;
+  Array left_;
+  std::optional<Array> right_;
+  std::optional<Array> external_;  ///< disparity or depth
+};
 
 }  // namespace stereogrid::python

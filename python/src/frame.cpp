@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/unique_ptr.h>
@@ -103,6 +104,47 @@ void bind_observed_grid(nb::module_& module) {
                    [](handle self) { return view_unless_empty(nb::cast<const ObservedGrid&>(self).confidence, self); });
 }
 
+void construct(Frame* self, const ImageArguments& images, const std::optional<MountedRig>& rig,
+               std::optional<std::int64_t> stamp_ns, const std::optional<Pose2>& pose, std::optional<std::string> name,
+               std::int64_t index) {
+  if (!images.depth.is_none() && !rig) {
+    throw nb::type_error("Frame: depth without rig. Give the rig, for its focal length and baseline.");
+  }
+  if (index < 0) throw nb::value_error(fmt::format("index: {} (allowed from 0).", index).c_str());
+  const ImageArrays arrays{images};
+  Frame frame;
+  arrays.copy_to(frame.data, rig ? rig->rig : Rig{});
+  frame.data.name = name ? std::move(*name) : numbered_name(index);
+  frame.data.index = index;
+  frame.data.stamp_ns = stamp_ns.value_or(index * assumed_step_ns);
+  frame.data.world_from_vehicle = pose;
+  new (self) Frame{std::move(frame)};
+}
+
+void bind_constructor(nb::class_<Frame>& frame) {
+  frame.def(
+      "__init__",
+      [](Frame* self, nb::handle left, nb::handle right, std::optional<std::int64_t> stamp_ns,
+         const std::optional<Pose2>& pose, nb::handle disparity, nb::handle depth, std::optional<double> depth_scale,
+         const std::optional<MountedRig>& rig, std::optional<std::string> name, std::int64_t index,
+         const std::string& color, std::optional<int> bits) {
+        PixelOptions pixels{color};
+        pixels.bits = bits.value_or(pixels.bits);
+        construct(self, {left, right, disparity, depth, depth_scale, pixels}, rig, stamp_ns, pose, std::move(name),
+                  index);
+      },
+      nb::arg("left"), nb::arg("right") = nb::none(), nb::arg("stamp_ns") = nb::none(), nb::arg("pose") = nb::none(),
+      nb::kw_only(), nb::arg("disparity") = nb::none(), nb::arg("depth") = nb::none(),
+      nb::arg("depth_scale") = nb::none(), nb::arg("rig") = nb::none(), nb::arg("name") = nb::none(),
+      nb::arg("index") = 0, nb::arg("color") = "", nb::arg("bits") = nb::none(),
+      nb::sig("def __init__(self, left: ArrayLike, right: ArrayLike | None = None, stamp_ns: int | None = None, pose: "
+              "Pose | tuple[float, float, float] | None = None, *, disparity: ArrayLike | None = None, depth: "
+              "ArrayLike | None = None, depth_scale: float | None = None, rig: Rig | None = None, name: str | None = "
+              "None, index: int = 0, color: str = '', bits: int | None = None) -> None"),
+      "Copies images as Pipeline.process() takes them. rig: required with depth. Left out: stamp_ns is index times 0.1 "
+      "s, name is the index. Raises TypeError, ValueError.");
+}
+
 void bind_other_grids(nb::class_<Frame>& frame) {
   frame.def_prop_rw(
       "other_grids", [](const Frame& self) { return self.data.other_grids; },
@@ -115,7 +157,8 @@ void bind_other_grids(nb::class_<Frame>& frame) {
 void bind_frame(nb::module_& module) {
   bind_truth(module);
   bind_observed_grid(module);
-  nb::class_<Frame> frame{module, "Frame", "A rectified frame of a recording. Images are read-only views."};
+  nb::class_<Frame> frame{module, "Frame", "A rectified frame. Images are read-only views."};
+  bind_constructor(frame);
   frame.def_prop_ro(
       "left", [](handle self) { return view_of(nb::cast<const Frame&>(self).data.left, self); },
       "Grey levels (height, width), uint8.");

@@ -1,7 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
 #include <nanobind/stl/string.h>
 
+#include <set>
 #include <utility>
 
 #include "arrays.hpp"
@@ -16,25 +18,81 @@ namespace {
 
 constexpr std::size_t frames_ahead{4};
 
+/// Frames in memory.
+class FrameList : public FrameSource {
+ public:
+  FrameList(const Rig& rig, std::vector<StereoFrame> frames) : rig_{rig}, frames_{std::move(frames)} {}
+
+  [[nodiscard]] const Rig& rig() const override { return rig_; }
+  [[nodiscard]] std::size_t size() const override { return frames_.size(); }
+  [[nodiscard]] std::string name(std::size_t index) const override { return frames_.at(index).name; }
+  [[nodiscard]] StereoFrame load(std::size_t index) const override { return frames_.at(index); }
+
+ private:
+  Rig rig_;
+  std::vector<StereoFrame> frames_;
+};
+
+app::PoseSource pose_source_of(const std::string& poses) {
+  if (poses.empty()) return app::PoseSource::input;
+  if (poses == "none") return app::PoseSource::none;
+  if (poses == "odometry") return app::PoseSource::odometry;
+  throw ConfigError{fmt::format("poses '{}' (allowed: none, odometry; left out: those of the frames).", poses)};
+}
+
 }  // namespace
 
+std::string numbered_name(std::int64_t index) {
+  return fmt::format("{:06}", index);
+}
+
+std::shared_ptr<Recording> recording_of(const std::vector<const Frame*>& frames, const MountedRig& rig,
+                                        const std::string& poses) {
+  if (frames.empty()) throw InputError{"Recording: no frames (expected at least one)."};
+  std::vector<StereoFrame> copies;
+  std::set<std::string> names;
+  for (const Frame* frame : frames) {
+    StereoFrame& copy{copies.emplace_back(frame->data)};
+    const auto index{static_cast<std::int64_t>(copies.size() - 1)};
+    if (copy.name == numbered_name(copy.index)) copy.name = numbered_name(index);
+    copy.index = index;
+    if (!names.insert(copy.name).second) {
+      throw InputError{fmt::format("Recording: two frames have the name '{}'. Give each frame its own.", copy.name)};
+    }
+    if (index > 0 && copy.stamp_ns <= copies[copies.size() - 2].stamp_ns) {
+      throw InputError{
+          fmt::format("Recording: stamp {} ns of frame {} is not after {} ns of the frame before it. Give "
+                      "frames in order, with their stamp_ns.",
+                      copy.stamp_ns, index, copies[copies.size() - 2].stamp_ns)};
+    }
+  }
+  auto input{std::make_shared<app::Input>()};
+  input->source = std::make_unique<FrameList>(rig.rig, std::move(copies));
+  input->poses = pose_source_of(poses);
+  input->mask = rig.mask;
+  input->extrinsics_given = rig.extrinsics_given;
+  app::InputOptions options;
+  options.poses = poses;
+  return std::make_shared<Recording>(std::move(input), std::move(options), io::FrameRange{0, frames.size()});
+}
+
 bool Recording::has_truth() const {
-  return input_.scene != nullptr || input_.recording->has_truth();
+  return input_->scene != nullptr || (input_->recording != nullptr && input_->recording->has_truth());
 }
 
 const io::TruthReader& Recording::reader() const {
-  if (!input_.recording->has_truth()) throw InputError{"The recording has no exact truth (folder truth/)."};
+  if (!has_truth()) throw InputError{"The recording has no exact truth (folder truth/)."};
   const std::lock_guard lock{mutex_};
-  if (!reader_) reader_ = std::make_unique<io::TruthReader>(input_.recording->contents().truth_folder);
+  if (!reader_) reader_ = std::make_unique<io::TruthReader>(input_->recording->contents().truth_folder);
   return *reader_;
 }
 
 TruthGrid Recording::truth_grid() const {
-  return input_.scene != nullptr ? input_.scene->truth_grid() : reader().grid();
+  return input_->scene != nullptr ? input_->scene->truth_grid() : reader().grid();
 }
 
 FrameTruth Recording::truth(std::size_t index) const {
-  return input_.scene != nullptr ? input_.scene->truth(index) : reader().frame(source().name(index));
+  return input_->scene != nullptr ? input_->scene->truth(index) : reader().frame(source().name(index));
 }
 
 FrameIterator::FrameIterator(std::shared_ptr<Recording> recording,

@@ -15,7 +15,6 @@
 #include "bindings.hpp"
 #include "released_gil.hpp"
 #include "stereogrid/error.hpp"
-#include "stereogrid/io/recording.hpp"
 
 namespace stereogrid::python {
 
@@ -52,54 +51,21 @@ void PyPipeline::run(const Frame& frame, const FrameImages& images, Result& resu
   result.name = frame.data.name;
   result.index = frame.data.index;
   result.stamp_ns = frame.data.stamp_ns;
-  next_stamp_ns_ = frame.data.stamp_ns + assumed_step_ns_;
+  next_stamp_ns_ = frame.data.stamp_ns + assumed_step_ns;
   next_index_ = frame.data.index + 1;
 }
 
-FrameImages PyPipeline::images_of(const ArrayFrame& arrays, const Array& left, const std::optional<Array>& right,
-                                  const std::optional<Array>& external) {
-  StereoFrame& copies{frame_.data};
-  FrameImages images;
-  images.left = grey_of(left, arrays.pixels, copies.left);
-  if (right) images.right = grey_of(*right, arrays.pixels, copies.right);
-  if (!external) return images;
-  if (!arrays.disparity.is_none()) {
-    assign(copies.disparity, *external, 0);
-  } else {
-    const double units_per_m{arrays.depth_scale.value_or(1000)};
-    if (!(units_per_m > 0))
-      throw nb::value_error(fmt::format("depth_scale: {} (allowed above 0).", units_per_m).c_str());
-    Image<float> depth_m;
-    assign(depth_m, *external, units_per_m);
-    copies.disparity = io::disparity_from_depth(depth_m, pipeline_.rig());
-  }
-  images.disparity = copies.disparity.view();
-  return images;
-}
-
 ResultObject PyPipeline::process(ArrayFrame arrays) {
-  const bool has_disparity{!arrays.disparity.is_none()};
-  const bool has_depth{!arrays.depth.is_none()};
-  if ((has_disparity && has_depth) || (!has_disparity && !has_depth && arrays.right.is_none())) {
-    throw nb::type_error(
-        "process(): give right, disparity or depth beside left; disparity and depth exclude each other.");
-  }
   const Busy busy{*this};
-  const Array left{arrays.left, "left"};
-  std::optional<Array> right;
-  if (!arrays.right.is_none()) right.emplace(arrays.right, "right");
-  std::optional<Array> external;
-  if (has_disparity) external.emplace(arrays.disparity, "disparity");
-  if (has_depth) external.emplace(arrays.depth, "depth");
+  const ImageArrays readers{arrays.images};
   ResultObject result{new_result()};
   auto& of_frame{nb::cast<Result&>(result)};
   const ReleasedGil release;
-  const FrameImages images{images_of(arrays, left, right, external)};
+  const FrameImages images{readers.view(frame_.data, pipeline_.rig())};
   StereoFrame& frame{frame_.data};
   frame.stamp_ns = arrays.stamp_ns.value_or(next_stamp_ns_);
   frame.index = next_index_;
-  const std::string number{std::to_string(next_index_)};
-  frame.name.assign(6 - std::min<std::size_t>(6, number.size()), '0') += number;
+  frame.name = numbered_name(next_index_);
   frame.world_from_vehicle = arrays.pose;
   frame.other_grids = std::move(arrays.other_grids);
   run(frame_, images, of_frame);
@@ -136,7 +102,7 @@ void bind_process(nb::class_<PyPipeline>& pipeline) {
         PixelOptions pixels{color};
         pixels.bits = bits.value_or(pixels.bits);
         return self.process(
-            ArrayFrame{left, right, disparity, depth, depth_scale, stamp_ns, pose, std::move(other_grids), pixels});
+            ArrayFrame{{left, right, disparity, depth, depth_scale, pixels}, stamp_ns, pose, std::move(other_grids)});
       },
       nb::arg("left"), nb::arg("right") = nb::none(), nb::kw_only(), nb::arg("disparity") = nb::none(),
       nb::arg("depth") = nb::none(), nb::arg("depth_scale") = nb::none(), nb::arg("stamp_ns") = nb::none(),

@@ -55,12 +55,10 @@ using ResultObject = nanobind::typed<nanobind::object, Result>;
 
 /// Optional arguments of process() with arrays.
 struct ArrayFrame {
-  nb::handle left, right, disparity, depth;  // the caller keeps them alive
-  std::optional<double> depth_scale;
+  ImageArguments images;
   std::optional<std::int64_t> stamp_ns;
   std::optional<Pose2> pose;
   std::vector<ObservedGrid> other_grids;
-  PixelOptions pixels;
 };
 
 /// A pipeline that rejects calls from two threads at once: their order would decide about the results.
@@ -81,8 +79,6 @@ class PyPipeline {
   [[nodiscard]] const Pipeline& pipeline() const { return pipeline_; }
 
  private:
-  static constexpr std::int64_t assumed_step_ns_{100'000'000};  // as of recordings without stamps
-
   class Busy {
    public:
     explicit Busy(PyPipeline& pipeline);
@@ -95,8 +91,6 @@ class PyPipeline {
   };
 
   static PipelineOptions with(PipelineOptions options, const MountedRig& rig, const app::DeviceOptions& device);
-  [[nodiscard]] FrameImages images_of(const ArrayFrame& arrays, const Array& left, const std::optional<Array>& right,
-                                      const std::optional<Array>& external);
   /// Created before the frame is processed, as the processor's caches hold nothing of Python after it.
   [[nodiscard]] ResultObject new_result() const { return nb::cast(std::make_unique<Result>(results_)); }
   /// Without the GIL.

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "recording.hpp"
 
+#include <fmt/format.h>
 #include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/shared_ptr.h>
@@ -31,7 +32,7 @@ using Paths = std::variant<Path, std::vector<Path>>;
 std::shared_ptr<Recording> opened(app::InputOptions options, const std::string& frames) {
   app::Input input{app::open_input(options)};
   const io::FrameRange range{app::parse_frame_range(frames, input.source->size())};
-  return std::make_shared<Recording>(std::move(input), std::move(options), range);
+  return std::make_shared<Recording>(std::make_shared<app::Input>(std::move(input)), std::move(options), range);
 }
 
 std::vector<std::string> texts_of(const Paths& paths) {
@@ -93,6 +94,15 @@ std::size_t place_of(const Recording& recording, std::int64_t index) {
   return range.first + static_cast<std::size_t>(place);
 }
 
+std::shared_ptr<Recording> frames_at(const Recording& self, const nb::slice& places) {
+  const io::FrameRange range{self.range()};
+  const auto [start, stop, step, count]{places.compute(range.end - range.first)};
+  if (step != 1) throw nb::value_error(fmt::format("step {} of a slice of a recording (allowed 1).", step).c_str());
+  if (count == 0) throw nb::index_error("The slice has no frames.");
+  const std::size_t first{range.first + static_cast<std::size_t>(start)};
+  return self.with({first, first + count});
+}
+
 std::unique_ptr<Frame> frame_at(const std::shared_ptr<Recording>& self, std::int64_t index) {
   const std::size_t place{place_of(*self, index)};
   const ReleasedGil release;
@@ -117,7 +127,8 @@ void save(const Recording& self, const Path& folder, bool truth) {
 }
 
 std::string kind_of(const Recording& self) {
-  return self.input().recording != nullptr ? self.input().recording->contents().kind : "built-in scene";
+  if (self.input().scene != nullptr) return "built-in scene";
+  return self.input().recording != nullptr ? self.input().recording->contents().kind : "arrays";
 }
 
 using Texts = std::vector<std::string>;
@@ -140,15 +151,26 @@ void bind_recording_class(nb::module_& module) {
       module, "Recording",
       "An opened input. Iteration places the poses as stereogrid run does, skips frames that "
       "cannot be used with a SkippedFrameWarning, and may be repeated."};
+  recording.def(nb::new_(&recording_of), nb::arg("frames"), nb::arg("rig"), nb::kw_only(), nb::arg("poses") = "",
+                "Recording of frames in memory, in the order of their stamps; numbered anew. poses: left out, those of "
+                "the frames; \"none\" or \"odometry\". Raises InputError, ConfigError.");
   recording.def("__len__", [](const Recording& self) { return self.range().end - self.range().first; });
   recording.def("__iter__",
                 [](const std::shared_ptr<Recording>& self) { return std::make_unique<FrameIterator>(self); });
   recording.def("__getitem__", &frame_at, nb::arg("index"),
                 "Loads one frame. Its pose is that of the input; no visual odometry. Raises InputError, DeviceError.");
+  recording.def("__getitem__", &frames_at, nb::arg("places"),
+                "Returns a recording of consecutive frames; their indices are unchanged. Raises ValueError: a step; "
+                "IndexError: no frames.");
   recording.def_prop_ro("rig", &Recording::rig, "Rig of the frames, for Pipeline.");
   recording.def_prop_ro("kind", &kind_of, "Such as \"KITTI odometry sequence\".");
   recording.def_prop_ro(
       "rate_hz", [](const Recording& self) { return app::rate_hz(self.input()); }, "Frames per second.");
+  recording.def("__repr__", [](const Recording& self) {
+    return fmt::format("Recording(kind='{}', frames={}, size_px=({}, {}), rate_hz={:.4g})", kind_of(self),
+                       self.range().end - self.range().first, self.source().rig().width_px,
+                       self.source().rig().height_px, app::rate_hz(self.input()));
+  });
   recording.def_prop_ro(
       "notes", [](const Recording& self) { return contents_of(self, &io::RecordingContents::notes); },
       "Choices made on opening: calibration, poses, stamps.");

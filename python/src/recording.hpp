@@ -22,14 +22,19 @@ namespace stereogrid::python {
 /// Opened input, and its skipped frames. Frames and iterators share it.
 class Recording {
  public:
-  Recording(app::Input input, app::InputOptions options, io::FrameRange range)
+  Recording(std::shared_ptr<const app::Input> input, app::InputOptions options, io::FrameRange range)
       : input_{std::move(input)}, options_{std::move(options)}, range_{range} {}
 
-  [[nodiscard]] const app::Input& input() const { return input_; }
+  [[nodiscard]] const app::Input& input() const { return *input_; }
   [[nodiscard]] const app::InputOptions& options() const { return options_; }
-  [[nodiscard]] const FrameSource& source() const { return *input_.source; }
+  [[nodiscard]] const FrameSource& source() const { return *input_->source; }
   [[nodiscard]] io::FrameRange range() const { return range_; }
-  [[nodiscard]] MountedRig rig() const { return {source().rig(), input_.extrinsics_given, input_.mask}; }
+  [[nodiscard]] MountedRig rig() const { return {source().rig(), input_->extrinsics_given, input_->mask}; }
+
+  /// The same input with other frames.
+  [[nodiscard]] std::shared_ptr<Recording> with(io::FrameRange range) const {
+    return std::make_shared<Recording>(input_, options_, range);
+  }
 
   [[nodiscard]] bool has_truth() const;
   [[nodiscard]] TruthGrid truth_grid() const;
@@ -41,7 +46,7 @@ class Recording {
  private:
   [[nodiscard]] const io::TruthReader& reader() const;
 
-  app::Input input_;
+  std::shared_ptr<const app::Input> input_;
   app::InputOptions options_;
   io::FrameRange range_;
   mutable std::mutex mutex_;
@@ -55,6 +60,16 @@ struct Frame {
   std::optional<double> odometry_ms{};
   std::shared_ptr<const Recording> recording{};  ///< none: of arrays
 };
+
+/// Time between frames without stamps.
+inline constexpr std::int64_t assumed_step_ns{100'000'000};
+/// Name of a frame without one, such as "000012".
+[[nodiscard]] std::string numbered_name(std::int64_t index);
+
+/// Recording of frames in memory. `poses`: "" those of the frames, "none" or "odometry". Throws InputError,
+/// ConfigError.
+[[nodiscard]] std::shared_ptr<Recording> recording_of(const std::vector<const Frame*>& frames, const MountedRig& rig,
+                                                      const std::string& poses);
 
 /// Loads the frames of a recording in order, as `stereogrid run` does: on background threads, with poses placed.
 class FrameIterator {

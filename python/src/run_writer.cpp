@@ -83,6 +83,8 @@ class RunWriter {
     return result;
   }
 
+  [[nodiscard]] const fs::path& folder() const { return record_.folder(); }
+
   void close() {
     if (!lock_) return;
     note_skipped();
@@ -169,6 +171,9 @@ class RunWriter {
   [[nodiscard]] io::RunDescription description() const {
     io::RunDescription run{
         app::describe_run(recording_->input(), recording_->options(), pipeline_.pipeline(), recording_->range())};
+    const app::Input& input{recording_->input()};
+    const bool is_in_memory{input.recording == nullptr && input.scene == nullptr};
+    if (is_in_memory && !input.source->load(run.frames.first).disparity.empty()) run.matcher = "given";
     run.preset = options_.preset;
     run.fuse_source = options_.fuse;
     return run;
@@ -208,6 +213,7 @@ void bind_run_writer(nb::module_& module) {
       "pipeline. "
       "checkpoint_every: interval in frames at which the state is saved for resume; 0: never. Raises ConfigError: the "
       "folder holds a run, or one with other settings; DeviceError: another process writes there.");
+  writer.def_prop_ro("folder", &RunWriter::folder);
   writer.def("__iter__", &RunWriter::frames, "Frames to process. Those of a stopped run continue after its state.");
   writer.def("process", &RunWriter::process, nb::arg("frame"),
              "Processes a frame, writes its results and returns them. Raises InputError, also for frames that are not "
