@@ -16,6 +16,7 @@ void bind_result(nanobind::module_& module);
 void bind_frame(nanobind::module_& module);
 void bind_recording(nanobind::module_& module);
 void bind_pipeline(nanobind::module_& module);
+void bind_pickling(nanobind::module_& module);
 void bind_run(nanobind::module_& module);
 void bind_run_writer(nanobind::module_& module);
 

@@ -18,6 +18,7 @@ NB_MODULE(_core, module) {
   bind_frame(module);
   bind_recording(module);
   bind_pipeline(module);
+  bind_pickling(module);
   bind_run(module);
   bind_run_writer(module);
   module.def("version", &stereogrid::version, "Returns the version of the library, \"major.minor.patch\".");

@@ -18,7 +18,7 @@ import json
 import os
 from typing import Any
 
-from . import _core
+from . import _core, display
 from ._core import (
     TERRAIN_CLASSES,
     Config,
@@ -59,6 +59,8 @@ from ._core import (
     simd_target,
     simulate,
 )
+
+display.install()
 
 __version__ = _core.version()
 

@@ -1,10 +1,13 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""Shapes, types and lifetimes of what a frame leaves."""
+"""Shapes, types and lifetimes of what a frame leaves; texts, images and pickles of objects."""
 
 from __future__ import annotations
 
 import gc
+import pickle
+import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,6 +15,7 @@ import pytest
 
 import stereogrid as sg
 
+PNG = b"\x89PNG\r\n"
 VIEWS = ("occupancy", "observed", "age_s", "moving")
 
 
@@ -141,3 +145,85 @@ def test_grid() -> None:
     ).grid
     assert grid.cell_at(*grid.center(3, 5)) == (3, 5)
     assert grid.cell_at(-100, 0) is None
+
+
+def test_every_class_has_a_text(
+    scene: sg.Recording, frames: list[sg.Frame], pipeline: sg.Pipeline, drive: Path, tmp_path: Path
+) -> None:
+    result = pipeline.process(frames[0])
+    truth = frames[0].truth
+    grid = sg.ObservedGrid(result.grid, result.occupancy)
+    writer = sg.RunWriter(tmp_path / "run", sg.open(drive), sg.Pipeline(sg.preset("default"), sg.open(drive).rig))
+    frame = next(iter(writer))
+    writer.process(frame)
+    writer.close()
+    run = sg.read_run(tmp_path / "run")
+    objects = [scene, iter(scene), *frames, pipeline, result, result.world, result.ground, result.stages, grid, truth]
+    objects += [truth.ego, truth.objects[0], scene.truth_grid, run, run.frames[0], run.grids(frame.name), writer]
+    objects += [scene.rig, result.grid, result.pose, sg.preset("default").grid, *result.obstacles]
+    for one in objects:
+        text = repr(one)
+        assert text.startswith(f"{type(one).__name__}(") and text.endswith(")") and "object at" not in text, text
+        assert len(text) < 1000, text
+    assert "occupancy=<float32 100x100>" in repr(grid)
+    assert repr(result.ground).startswith(f"Ground(height_m={result.ground.height_m}, ")
+    assert "cell_size_m=0.2" in repr(sg.preset("default").grid)
+    assert repr(scene) == "Recording(kind='built-in scene', frames=4, size_px=(256, 160), rate_hz=10)"
+
+
+def test_notebooks_show_frames_and_results(pipeline: sg.Pipeline, frames: list[sg.Frame]) -> None:
+    pytest.importorskip("matplotlib")
+    for one in [frames[0], pipeline.process(frames[0])]:
+        shown: Any = one
+        assert shown._repr_png_().startswith(PNG)
+        page = shown._repr_html_()
+        assert page.startswith("<table>") and "000000" in page and "data:image/png;base64," in page
+
+
+def test_notebooks_without_matplotlib(
+    pipeline: sg.Pipeline, frames: list[sg.Frame], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    result: Any = pipeline.process(frames[0])
+    assert result._repr_png_() is None
+    assert "<img" not in result._repr_html_() and "100 x 100 cells of 0.2 m" in result._repr_html_()
+
+
+def test_results_and_frames_are_pickled(scene: sg.Recording, frames: list[sg.Frame]) -> None:
+    config = sg.preset("default")
+    pipeline = sg.Pipeline(config, scene.rig, device="cpu", horizons_s=[0.5])
+    for frame in frames:
+        result = pipeline.process(frame)
+    copy = pickle.loads(pickle.dumps(result))
+    for name in ("occupancy", "observed", "velocity", "velocity_covariance", "age_s", "elevation_m", "terrain"):
+        np.testing.assert_array_equal(getattr(copy, name), getattr(result, name), name)
+    np.testing.assert_array_equal(copy.world.occupancy, result.world.occupancy)
+    np.testing.assert_array_equal(copy.stages.visible, result.stages.visible)
+    np.testing.assert_array_equal(copy.predictions[0].occupancy, result.predictions[0].occupancy)
+    assert len(copy.obstacles) == len(result.obstacles) > 0
+    np.testing.assert_array_equal(copy.obstacles[0].outline, result.obstacles[0].outline)
+    for name in ("name", "index", "stamp_ns", "pose", "grid", "timing_ms", "status", "warnings"):
+        assert getattr(copy, name) == getattr(result, name), name
+    same = pickle.loads(pickle.dumps(frames[1]))
+    np.testing.assert_array_equal(same.left, frames[1].left)
+    np.testing.assert_array_equal(same.right, frames[1].right)
+    assert (same.name, same.index, same.stamp_ns, same.pose) == ("000001", 1, 100_000_000, frames[1].pose)
+
+
+def test_damaged_pickles(frames: list[sg.Frame]) -> None:
+    frame: Any = frames[0]
+    state = frame.__getstate__()
+    with pytest.raises(sg.InputError, match="cut off"):
+        sg.Frame.__new__(sg.Frame).__setstate__(state[:-10])  # type: ignore[attr-defined]
+    with pytest.raises(sg.InputError, match=r"pickled by version 9.* \(allowed: "):
+        sg.Frame.__new__(sg.Frame).__setstate__(state[:8] + b"9" + state[9:])  # type: ignore[attr-defined]
+
+
+def test_dlpack(pipeline: sg.Pipeline, frames: list[sg.Frame]) -> None:
+    if np.lib.NumpyVersion(np.__version__) < "2.1.0":
+        pytest.skip("this NumPy exports no read-only arrays by DLPack")
+    result = pipeline.process(frames[0])
+    for array in (result.occupancy, result.velocity, frames[0].left):
+        shared = np.from_dlpack(array)
+        np.testing.assert_array_equal(shared, array)
+        assert np.shares_memory(shared, array)
