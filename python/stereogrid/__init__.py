@@ -16,6 +16,8 @@ from __future__ import annotations
 
 import json
 import os
+import sys
+import time
 from typing import Any
 
 from . import _core, display
@@ -101,6 +103,7 @@ __all__ = [
     "preset",
     "preset_names",
     "read_run",
+    "run",
     "scene_names",
     "simd_target",
     "simulate",
@@ -121,3 +124,42 @@ def evaluate(
     """
     figures: dict[str, Any] = json.loads(_core.evaluate_json(run, input, truth, camera_height_m))
     return figures
+
+
+def _show_progress(done: int, total: int, begin_s: float) -> None:
+    filled = 30 * done // total
+    rate_hz = done / max(time.monotonic() - begin_s, 1e-3)
+    bar = "#" * filled + "." * (30 - filled)
+    print(f"\r[{bar}] {done}/{total} frames, {rate_hz:.1f} frames/s ", end="", file=sys.stderr, flush=True)
+
+
+def run(
+    drive: Recording | str | os.PathLike[str] | list[str | os.PathLike[str]],
+    out: str | os.PathLike[str],
+    *,
+    config: Config | str = "default",
+    device: str | None = None,
+    resume: bool = False,
+    bar: bool | None = None,
+    **options: Any,
+) -> Run:
+    """Processes a drive, writes the folder of a run and opens it, as `stereogrid run DRIVE --out OUT` does.
+
+    drive: a Recording, or what open() takes, with its options. config: a preset's name, or a configuration.
+    bar: progress on stderr; left out, if that is a terminal. Raises InputError, ConfigError, DeviceError.
+    """
+    if isinstance(drive, Recording) and options:
+        raise TypeError(f"run(): {', '.join(options)} of a Recording. Give them to open().")
+    recording = drive if isinstance(drive, Recording) else open(drive, **options)
+    name = config if isinstance(config, str) else "default"
+    pipeline = Pipeline(preset(config) if isinstance(config, str) else config, recording.rig, device=device)
+    is_shown = sys.stderr.isatty() if bar is None else bar
+    begin_s = time.monotonic()
+    with RunWriter(out, recording, pipeline, preset=name, resume=resume) as writer:
+        for done, frame in enumerate(writer, 1):
+            writer.process(frame)
+            if is_shown:
+                _show_progress(done, len(recording), begin_s)
+    if is_shown:
+        print(file=sys.stderr)
+    return read_run(out)

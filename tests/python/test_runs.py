@@ -1,12 +1,14 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""RunWriter: exclusive folders, stopped runs that continue, fusion. The results are those of the tool."""
+"""run() and RunWriter: exclusive folders, stopped runs that continue, fusion. The results are those of the tool."""
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import signal
+import sys
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -157,3 +159,31 @@ def test_fusion_with_lidar(tool: Any, kitti: Path, drive: Path, tmp_path: Path) 
         writer(tmp_path / "none", drive, fuse="lidar")
     with pytest.raises(sg.ConfigError, match=r"fuse 'radar' .allowed: none, lidar"):
         writer(tmp_path / "none", drive, fuse="radar")
+
+
+def test_run(drive: Path, tmp_path: Path) -> None:
+    run = sg.run(drive, tmp_path / "run", frames="1:4")
+    assert [frame.index for frame in run.frames] == [1, 2, 3, 4]
+    config = sg.preset("default")
+    config.grid.length_m = 10
+    again = sg.run(sg.open(drive)[:2], tmp_path / "short", config=config, device="cpu")
+    assert len(again) == 2 and again.grid.nx == 50
+    assert len(sg.run(drive, tmp_path / "run", frames="1:4", resume=True)) == 4
+    with pytest.raises(sg.ConfigError, match="already holds a run"):
+        sg.run(drive, tmp_path / "run")
+    with pytest.raises(TypeError, match="frames"):
+        sg.run(sg.open(drive), tmp_path / "other", frames="1:4")
+
+
+def test_bar_of_a_run(drive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Terminal(io.StringIO):
+        def isatty(self) -> bool:
+            return True
+
+    for stream, is_shown in ((Terminal(), True), (io.StringIO(), False)):
+        monkeypatch.setattr(sys, "stderr", stream)
+        sg.run(drive, tmp_path / str(is_shown), frames="0:1")
+        assert ("2/2 frames" in stream.getvalue()) == is_shown
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    sg.run(drive, tmp_path / "silent", frames="0:1", bar=False)
+    assert not sys.stderr.getvalue()  # type: ignore[attr-defined]
