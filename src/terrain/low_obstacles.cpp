@@ -260,14 +260,17 @@ void LowObstacles::fit_planes() {
 // tilts the plane through both of its levels.
 float LowObstacles::fall_before(int ix, int iy, const Plane& plane) const {
   constexpr int cells{3};
-  const float east{static_cast<float>(ix) + 0.5f - origin_east_};
-  const float north{static_cast<float>(iy) + 0.5f - origin_north_};
-  const float per_cell{1 / std::max(std::hypot(east, north), 1.0f)};
+  const float middle_x{static_cast<float>(ix) + 0.5f};
+  const float middle_y{static_cast<float>(iy) + 0.5f};
+  const float east{middle_x - origin_east_};
+  const float north{middle_y - origin_north_};
+  const float per_cell{1 / std::sqrt(std::max(east * east + north * north, 1.0f))};
   float sum_m{0};
   int count{0};
   for (int k{1}; k <= cells; ++k) {
-    const int x{ix - static_cast<int>(std::lround(static_cast<float>(k) * east * per_cell))};
-    const int y{iy - static_cast<int>(std::lround(static_cast<float>(k) * north * per_cell))};
+    const float nearer{static_cast<float>(k) * per_cell};
+    const int x{static_cast<int>(middle_x - nearer * east)};
+    const int y{static_cast<int>(middle_y - nearer * north)};
     if (!is_within(x, y) || std::isnan(level_m_(x, y))) continue;
     sum_m +=
         level_m_(x, y) - plane.z - plane.east * static_cast<float>(x - ix) - plane.north * static_cast<float>(y - iy);
