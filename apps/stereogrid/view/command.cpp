@@ -54,7 +54,7 @@ std::optional<fs::path> recording_at(const fs::path& path) {
   if (found.size() == 1) return found.front();
   if (io::is_there(path / "run.json") || io::is_there(path / "frames.jsonl")) return std::nullopt;
   if (found.empty()) {
-    throw InputError{io::printable_path(path), "is neither a run nor a recording.",
+    throw InputError{io::printable_path(path), "neither a run nor a recording.",
                      "Give the folder of 'stereogrid run INPUT --out DIR', or an .mcap file."};
   }
   throw InputError{io::printable_path(path), "has several recordings (.mcap) in it.", "Name the one to be shown."};

@@ -219,7 +219,7 @@ function checkRefusals(address) {
   mkdirSync(`${folder}/empty`, { recursive: true });
   const taken = new URL(address).host;
   const refusals = [
-    [[`${folder}/empty`], 65, /no recording.*run INPUT --out DIR --mcap/],
+    [[`${folder}/empty`], 65, /neither a run nor a recording.*run INPUT --out DIR/],
     [[`${folder}/none.mcap`], 65, /none\.mcap/],
     [[recording, "--listen", "nowhere"], 64, /'nowhere' is not a place to listen.*ADDRESS:PORT/],
     [[recording, "--listen", "::1:8765"], 64, /not a place to listen/],
