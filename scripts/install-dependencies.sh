@@ -30,6 +30,7 @@ if [ "${1:-}" != "--tool" ]; then
     libgtest-dev libgmock-dev libbenchmark-dev # tests, benchmarks
     libboost-context-dev                       # tests of CUDA kernels without a GPU
     ffmpeg                                     # videos, and --video
+    fish zsh                                   # completion of the command line
     python3 python3-numpy                      # tests that read our files as users do
     python3-matplotlib                         # research/figures
   )
