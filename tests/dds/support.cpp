@@ -3,10 +3,14 @@
 #include "support.hpp"
 
 #include <dlfcn.h>
+#include <sys/socket.h>
+#include <sys/un.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <chrono>
+#include <cstddef>
+#include <cstring>
 #include <sstream>
 #include <stdexcept>
 #include <thread>
@@ -17,11 +21,28 @@
 namespace stereogrid::dds::testing {
 namespace {
 
+/// A domain from 1 to 100 that no other process of tests holds, until this process ends: an abstract socket bears its
+/// number.
+int own_domain() {
+  for (int tried{0}; tried < 100; ++tried) {
+    const int domain{1 + (getpid() + tried) % 100};
+    const std::string name{"stereogrid-domain-" + std::to_string(domain)};
+    sockaddr_un address{.sun_family = AF_UNIX, .sun_path = {}};
+    std::memcpy(address.sun_path + 1, name.data(), name.size());
+    const int held{socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)};
+    const auto size{static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size())};
+    if (bind(held, reinterpret_cast<const sockaddr*>(&address), size) == 0) return domain;
+    close(held);
+  }
+  throw std::runtime_error{"100 processes of tests hold all domains"};
+}
+
 /// For each test this machine alone, without multicast, and a domain of this process and its peers.
 class Alone final : public ::testing::EmptyTestEventListener {
  public:
   void OnTestStart(const ::testing::TestInfo& /*test*/) override {
-    setenv("ROS_DOMAIN_ID", std::to_string(1 + getpid() % 100).c_str(), 1);
+    static const int domain{own_domain()};
+    setenv("ROS_DOMAIN_ID", std::to_string(domain).c_str(), 1);
     setenv("CYCLONEDDS_URI",
            "<CycloneDDS><Domain><General><Interfaces><NetworkInterface address=\"127.0.0.1\"/></Interfaces>"
            "<AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
