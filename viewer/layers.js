@@ -92,7 +92,16 @@ export function occupancyLayer(message) {
   };
 }
 
-/** `kind`: velocity, moving, age or elevation. */
+/** Of a witness byte: `kinds` by its lower four bits; what is older is paler. */
+const witnesses = ['none', 'passable', 'ground', 'memory', 'source'];
+const witnessPixels = perTheme(() => {
+  const unknown = rgb('--cell-unknown');
+  const kinds = witnesses.map((name) => (name === 'none' ? unknown : rgb(`--witness-${name}`)));
+  return (byte) => packed(mix(kinds[byte & 15] ?? unknown, unknown, (byte >> 4) / 24));
+});
+const witnessText = (byte) => witnesses[byte & 15] + (byte >> 4 ? `, up to ${2 ** (byte >> 4) / 16} s ago` : '');
+
+/** `kind`: velocity, moving, age, elevation or witness. */
 export function packedLayer(message, kind) {
   const { data, column_count: width, row_stride: rowBytes, cell_stride: step } = message;
   const offsetOf = (wanted) => message.fields.find(({ name }) => name === wanted)?.offset;
@@ -103,16 +112,20 @@ export function packedLayer(message, kind) {
   const elevationAt = offsetOf('elevation_cm'); // missing: ground.model is plane
   const elevation = elevationAt === undefined ? () => -32768 : word(elevationAt);
   const isSeen = (i) => elevation(i) !== -32768;
+  const witnessAt = offsetOf('witness'); // missing: likewise
+  const witness = witnessAt === undefined ? () => 0 : byte(witnessAt);
   const isKnown = (i) => age(i) !== 255;
   const velocity = velocityPixels();
   const ramp = rampPixels();
   const colourOf = elevationPixels();
+  const colourOfWitness = witnessPixels();
   const oldest = 30; // tenths of a second
   const pixelOf = {
     velocity: (i) => velocity(vx(i) / 100, vy(i) / 100, isKnown(i) ? Math.min(1, moving(i) / 128) : NaN),
     moving: (i) => ramp(isKnown(i) ? moving(i) / 255 : NaN),
     age: (i) => ramp(isKnown(i) ? age(i) / oldest : NaN),
     elevation: (i) => colourOf(isSeen(i) ? elevation(i) / 100 : NaN),
+    witness: (i) => colourOfWitness(witness(i)),
   }[kind];
   const percent = (share) => ((100 * share) / 255).toFixed(0);
   const { position } = message.pose;
@@ -124,6 +137,7 @@ export function packedLayer(message, kind) {
     pixels: bitmapOf(width, height, pixelOf),
     textOf: (i) => (isKnown(i) ? `occupied ${percent(occupancy(i))} %, moving ${percent(moving(i))} % at ` +
       `${(Math.hypot(vx(i), vy(i)) / 100).toFixed(1)} m/s, seen ${(age(i) / 10).toFixed(1)} s ago` : 'never observed') +
-      (isSeen(i) ? `, ${elevation(i)} cm high` : ''),
+      (isSeen(i) ? `, ${elevation(i)} cm high` : '') +
+      (witnessAt === undefined ? '' : `; witness: ${witnessText(witness(i))}`),
   };
 }

@@ -10,7 +10,7 @@ import { StatusPanel } from './status_panel.js';
 import { onThemeChange } from './theme.js';
 
 const element = (id) => document.getElementById(id);
-const packedKinds = { velocity: 'Velocity', moving: 'Moving', age: 'Age', elevation: 'Elevation' };
+const packedKinds = { velocity: 'Velocity', moving: 'Moving', age: 'Age', elevation: 'Elevation', witness: 'Witness' };
 
 const scheme = location.protocol === 'https:' ? 'wss' : 'ws';
 const connection = new Connection(`${scheme}://${location.host}/${location.search}`);

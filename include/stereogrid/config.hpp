@@ -145,6 +145,7 @@ struct VehicleConfig {
   double slope_max_deg{20};
   double height_m{1.8};
   double drop_slope_deg{6};
+  double ground_memory_s{10};
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
@@ -154,6 +155,8 @@ struct VehicleConfig {
     visit({"drop_slope_deg", "deg", 0.5, 45,
            "A gap with lower ground behind it is a drop where the line of sight is steeper than this."},
           self.drop_slope_deg);
+    visit({"ground_memory_s", "s", 0.1, 1000, "Time for which ground that was seen keeps a cell free."},
+          self.ground_memory_s);
   }
 };
 

@@ -62,7 +62,8 @@ std::uint64_t elapsed_ns(std::int64_t now_ns, std::int64_t before_ns) {
   return now_ns > before_ns ? static_cast<std::uint64_t>(now_ns) - static_cast<std::uint64_t>(before_ns) : 0;
 }
 
-void check_layer(const GridGeometry& geometry, const Image<float>& layer) {
+template <class T>
+void check_layer(const GridGeometry& geometry, const Image<T>& layer) {
   if (!layer.empty() && layer.width() == geometry.nx && layer.height() == geometry.ny) return;
   throw InputError{"frame result", "its grids are not of the size that their geometry has.",
                    "Send results of Pipeline::process()."};
@@ -75,6 +76,7 @@ void check(const FrameResult& result) {
   for (const Image<float>* const layer : {&result.elevation_m, &result.elevation_sigma_m}) {
     if (!result.elevation_m.empty()) check_layer(result.vehicle.geometry, *layer);
   }
+  if (!result.elevation_m.empty()) check_layer(result.vehicle.geometry, result.witness);
   const GridLayers& world{result.world};
   for (const Image<float>* const layer :
        {&world.occupancy, &world.velocity_x, &world.velocity_y, &world.moving, &world.age_s}) {

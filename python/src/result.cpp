@@ -122,9 +122,12 @@ void bind_world(nb::module_& module) {
       "In the cells of FrameResult.world.grid.");
 }
 
-Plane<std::uint8_t> classes_of(const Image<TerrainClass>& terrain, nb::handle owner) {
-  return {reinterpret_cast<const std::uint8_t*>(terrain.data()),
-          {static_cast<std::size_t>(terrain.height()), static_cast<std::size_t>(terrain.width())},
+template <class Byte>
+std::optional<Plane<std::uint8_t>> bytes_of(const Image<Byte>& image, nb::handle owner) {
+  static_assert(sizeof(Byte) == 1);
+  if (image.empty()) return std::nullopt;
+  return Plane<std::uint8_t>{reinterpret_cast<const std::uint8_t*>(image.data()),
+          {static_cast<std::size_t>(image.height()), static_cast<std::size_t>(image.width())},
           owner};
 }
 
@@ -140,12 +143,12 @@ void bind_grids(nb::class_<Result>& result) {
       "elevation_sigma_m", [](nb::handle self) { return view_unless_empty(data_of(self).elevation_sigma_m, self); },
       "Standard deviation of the elevation; NaN = unseen.");
   result.def_prop_ro(
-      "terrain",
-      [](nb::handle self) -> std::optional<Plane<std::uint8_t>> {
-        if (data_of(self).terrain.empty()) return std::nullopt;
-        return classes_of(data_of(self).terrain, self);
-      },
+      "terrain", [](nb::handle self) { return bytes_of(data_of(self).terrain, self); },
       "Class of the ground, numbers of TERRAIN_CLASSES. View (ny, nx); None: ground.model is plane.");
+  result.def_prop_ro(
+      "witness", [](nb::handle self) { return bytes_of(data_of(self).witness, self); },
+      "Evidence of free cells: & 15 is a number of WITNESSES, >> 4 the class k of its age, up to 2**k / 16 s; 0: this "
+      "frame. View (ny, nx); None: ground.model is plane.");
   result.def_prop_ro(
       "world", [](const Result& self) -> const GridLayers& { return self.data.world; },
       nb::rv_policy::reference_internal, "The filtered grid in the world frame; its origin moves in whole cells.");
@@ -250,9 +253,13 @@ void bind_result(nb::module_& module) {
   for (std::size_t i{0}; i < names_of(FrameStatus{}).size(); ++i) {
     status.value(names_of(FrameStatus{})[i].data(), static_cast<FrameStatus>(i));
   }
-  nb::list classes;
-  for (const std::string_view name : names_of(TerrainClass{})) classes.append(nb::cast(name));
-  module.attr("TERRAIN_CLASSES") = nb::tuple(classes);
+  const auto names = [](const auto& all) {
+    nb::list list;
+    for (const std::string_view name : all) list.append(nb::cast(name));
+    return nb::tuple(list);
+  };
+  module.attr("TERRAIN_CLASSES") = names(names_of(TerrainClass{}));
+  module.attr("WITNESSES") = names(names_of(Witness{}));
   module.def(
       "occupancy_values", &occupancy_values_of, nb::arg("occupancy"), nb::arg("scale") = "percent",
       "Returns the int8 cells of nav_msgs/OccupancyGrid. scale: \"percent\", \"trinary\", \"nav2\" (Nav2's static "

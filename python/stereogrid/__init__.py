@@ -23,6 +23,7 @@ from typing import Any
 from . import _core, display
 from ._core import (
     TERRAIN_CLASSES,
+    WITNESSES,
     Config,
     ConfigError,
     DeviceError,
@@ -68,6 +69,7 @@ __version__ = _core.version()
 
 __all__ = [
     "TERRAIN_CLASSES",
+    "WITNESSES",
     "Config",
     "ConfigError",
     "DeviceError",

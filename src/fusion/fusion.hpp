@@ -22,6 +22,9 @@ void fuse(Cpu& cpu, std::span<const ObservedGrid> others, const GridInVehicle& g
 void fuse(Reference& reference, std::span<const ObservedGrid> others, const GridInVehicle& grid,
           const FusionConfig& config, View<float> cells);
 
+/// P(occupied) of the place `at` by the other sources alone; 0.5: none says anything.
+[[nodiscard]] double claimed(std::span<const ObservedGrid> others, Point2 at);
+
 /// Rows [begin, end) of it.
 void fuse_rows(std::span<const ObservedGrid> others, const GridInVehicle& grid, const FusionConfig& config,
                View<float> cells, int begin, int end);

@@ -14,6 +14,12 @@ OtherCells cells_of(const ObservedGrid& grid) {
 
 }  // namespace
 
+double claimed(std::span<const ObservedGrid> others, Point2 at) {
+  IndependentPool pool;
+  for (const ObservedGrid& other : others) add(cells_of(other), at, pool);
+  return pool.probability();
+}
+
 void fuse_rows(std::span<const ObservedGrid> others, const GridInVehicle& grid, const FusionConfig& config,
                View<float> cells, int begin, int end) {
   for (int iy{begin}; iy < end; ++iy) {

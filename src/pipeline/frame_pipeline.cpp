@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "backend/cpu.hpp"
+#include "fusion/fusion.hpp"
 #include "observation/rays/rays.hpp"
 #include "pipeline/results.hpp"
 #include "pipeline/stages.hpp"
@@ -51,7 +53,7 @@ std::optional<Ground> FramePipeline::process(const LevelFrame& frame, FrameResul
       [&] { return fit_ground(frame, host.ground); })};
   state_.near.compare(matched(frame), expected, frame.world_from_vehicle, grids.window);
   const GroundFit ground{rematch(frame, grids, first, host.ground)};
-  const TerrainRules rules{find_terrain(grids, ground, host.ground, result)};
+  const TerrainRules rules{find_terrain(frame, grids, ground, host.ground, result)};
   if (state_.terrain && frame.has_external_disparity())
     stages_->match(frame, grids, state_.alignment, {ground.plane, &rules.relief});
 
@@ -163,13 +165,14 @@ bool FramePipeline::align(const LevelFrame& frame, const Ground& expected) {
                                  ranges_of(cpu_));
 }
 
-TerrainRules FramePipeline::find_terrain(const FrameGrids& grids, const GroundFit& ground, double& ms,
-                                         FrameResult& result) {
+TerrainRules FramePipeline::find_terrain(const LevelFrame& frame, const FrameGrids& grids, const GroundFit& ground,
+                                         double& ms, FrameResult& result) {
   if (!state_.terrain) return {};
   const ScopedTimer timer{ms};
   const HostMatches& matches{stages_->read()};
-  state_.terrain->find(matches.obstacle, matches.road, ground.plane, ground.matched_on(), grids.window_cells,
-                       ranges_of(cpu_), result);
+  state_.terrain->find(matches.obstacle, matches.road, ground.plane, ground.matched_on(),
+                       {grids.window, grids.window_cells, frame.world_from_vehicle, frame.dt_s}, ranges_of(cpu_),
+                       result);
   return state_.terrain->rules();
 }
 
@@ -217,7 +220,11 @@ void FramePipeline::publish(const LevelFrame& frame, const GroundFit& ground, co
     ranges_of(cpu_)(result.observed.height(),
                     [&](int begin, int end) { correct_by_frame(result.observed.view(), begin, end, result.vehicle); });
   }
-  if (state_.terrain) state_.terrain->bound_filtered(frame.world_from_vehicle, is_usable, result);
+  if (state_.terrain) {
+    const auto claims_free = [&frame](Point2 at) { return claimed(frame.other_grids, at) < 0.5; };
+    state_.terrain->bound_filtered(is_usable, frame.other_grids.empty() ? std::function<bool(Point2)>{} : claims_free,
+                                   result);
+  }
   if (is_joint) complete_unobserved(frame.world_from_vehicle, result);
 }
 

@@ -87,7 +87,8 @@ class FramePipeline {
   bool find_own_surface(const LevelFrame& frame, Point2 place);
   GroundFit fit_ground(const LevelFrame& frame, double& ms);
   GroundFit rematch(const LevelFrame& frame, const FrameGrids& grids, const GroundFit& ground, double& ms);
-  TerrainRules find_terrain(const FrameGrids& grids, const GroundFit& ground, double& ms, FrameResult& result);
+  TerrainRules find_terrain(const LevelFrame& frame, const FrameGrids& grids, const GroundFit& ground, double& ms,
+                            FrameResult& result);
   [[nodiscard]] float blur_in(const LevelFrame& frame) const;
   Rejection check(const LevelFrame& frame, const GroundFit& ground, double& segments_ms);
   void publish(const LevelFrame& frame, const GroundFit& ground, const Rejection& rejection, FrameResult& result);

@@ -21,7 +21,7 @@ TerrainLimits limits_of(const Config& config) {
           static_cast<float>(config.u_disparity.obstacle_min_height_m), tangent(vehicle.drop_slope_deg)};
 }
 
-CellRule rule_of(TerrainClass kind, bool is_raised, CellRule unknown) {
+CellRule rule_of(TerrainClass kind, bool is_raised) {
   switch (kind) {
     case TerrainClass::obstacle:
       return CellRule::obstacle;
@@ -34,7 +34,16 @@ CellRule rule_of(TerrainClass kind, bool is_raised, CellRule unknown) {
     case TerrainClass::unknown:
       break;
   }
-  return unknown;
+  return CellRule::ground_not_seen;
+}
+
+bool is_ground(CellRule rule) {
+  return rule == CellRule::as_observed || rule == CellRule::free;
+}
+
+// Neither ground nor anything against it.
+bool is_unseen(CellRule rule) {
+  return rule == CellRule::ground_not_seen || rule == CellRule::passable || rule == CellRule::remembered;
 }
 
 template <class T>
@@ -68,7 +77,6 @@ FrameTerrain::FrameTerrain(const Rig& level_rig, const Config& config, const Gri
                            int window_cells)
     : vehicle_grid_{vehicle_grid},
       raised_m_{static_cast<float>(config.u_disparity.obstacle_min_height_m / 2)},
-      unknown_{config.projection.model == ProjectionModel::rays ? CellRule::ground_not_seen : CellRule::as_observed},
       terrain_{level_rig,
                limits_of(config),
                static_cast<float>(config.grid.cell_size_m),
@@ -76,6 +84,7 @@ FrameTerrain::FrameTerrain(const Rig& level_rig, const Config& config, const Gri
                config.matching.disparities,
                config.matching.window_px},
       low_obstacles_{level_rig, limits_of(config), config.grid.cell_size_m, window_cells, config.matching.window_px},
+      witness_{config.vehicle.ground_memory_s, window_cells},
       vehicle_rules_{vehicle_grid.nx, vehicle_grid.ny},
       window_rules_{window_cells, window_cells},
       held_{window_cells, window_cells},
@@ -85,13 +94,13 @@ FrameTerrain::FrameTerrain(const Rig& level_rig, const Config& config, const Gri
 
 void FrameTerrain::write_vehicle(const GridInVehicle& grid, int begin, int end, FrameResult& result) {
   clear_rows(result, begin, end);
-  fill_rows(vehicle_rules_, begin, end, unknown_);
+  fill_rows(vehicle_rules_, begin, end, CellRule::ground_not_seen);
   terrain_.visit(grid, begin, end, [&](int ix, int iy, float x_m, const Terrain::RingPart& part) {
     const CellGround ground{terrain_.ground_at(x_m, part)};
     result.elevation_m(ix, iy) = ground.elevation_m;
     result.elevation_sigma_m(ix, iy) = ground.sigma_m;
     result.terrain(ix, iy) = ground.kind;
-    vehicle_rules_(ix, iy) = rule_of(ground.kind, ground.raised_m > raised_m_, unknown_);
+    vehicle_rules_(ix, iy) = rule_of(ground.kind, ground.raised_m > raised_m_);
   });
 }
 
@@ -110,20 +119,48 @@ void FrameTerrain::mark_low_obstacles(const GridInVehicle& grid, int begin, int 
 }
 
 void FrameTerrain::write_window(const GridInVehicle& grid, int begin, int end) {
-  fill_rows(window_rules_, begin, end, unknown_);
+  fill_rows(window_rules_, begin, end, CellRule::ground_not_seen);
   terrain_.visit(grid, begin, end, [&](int ix, int iy, float x_m, const Terrain::RingPart& part) {
     const bool is_raised{part.wide_m > raised_m_ && terrain_.ground_at(x_m, part).raised_m > raised_m_};
-    window_rules_(ix, iy) = rule_of(part.kind, is_raised, unknown_);
+    window_rules_(ix, iy) = rule_of(part.kind, is_raised);
   });
 }
 
-void FrameTerrain::move_held(const GridGeometry& window) {
-  GridGeometry before{window};
-  before.x_min_m = std::exchange(held_x_m_, window.x_min_m);
-  before.y_min_m = std::exchange(held_y_m_, window.y_min_m);
-  const Scroll scroll{scroll_between(before, window)};
+CellPlaces FrameTerrain::vehicle_in_window() const {
+  const GridGeometry& window{place_.window};
+  return {
+      grid_in_vehicle(vehicle_grid_, place_.world_from_vehicle), {window.x_min_m, window.y_min_m}, window.cell_size_m};
+}
+
+// Where earlier frames have seen ground, the rays of this one decide.
+void FrameTerrain::remember_vehicle(int begin, int end) {
+  const CellPlaces places{vehicle_in_window()};
+  for (int iy{begin}; iy < end; ++iy) {
+    for (int ix{0}; ix < vehicle_grid_.nx; ++ix) {
+      CellRule& rule{vehicle_rules_(ix, iy)};
+      if (rule == CellRule::ground_not_seen && witness_of(ix, iy, places, true).allows_free())
+        rule = CellRule::remembered;
+    }
+  }
+}
+
+void FrameTerrain::remember_window(int begin, int end) {
+  for (int iy{begin}; iy < end; ++iy) {
+    for_cells(window_rules_.row(iy), window_rules_.width(), [&](int first, int last, CellRule rule) {
+      if (rule == CellRule::ground_not_seen) witness_.remember(iy, first, last, window_rules_.row(iy));
+    });
+  }
+}
+
+void FrameTerrain::move(const TerrainPlace& place) {
+  place_ = place;
+  GridGeometry before{place.window};
+  before.x_min_m = std::exchange(held_x_m_, place.window.x_min_m);
+  before.y_min_m = std::exchange(held_y_m_, place.window.y_min_m);
+  const Scroll scroll{scroll_between(before, place.window)};
   scroll_cells(scroll, held_, moved_);
   low_obstacles_.move(scroll);
+  witness_.move(scroll, place.dt_s);
 }
 
 // Cells without ground keep their hazard. Hidden cells are none: some of them are seen to be ground from nearer by.
@@ -132,7 +169,7 @@ void FrameTerrain::hold(Image<float>& occupancy) {
   for (int iy{0}; iy < held_.height(); ++iy) {
     CellRule* const row{held_.row(iy)};
     for_cells(window_rules_.row(iy), held_.width(), [&](int begin, int end, CellRule rule) {
-      if (rule == CellRule::ground_not_seen) return;
+      if (is_unseen(rule)) return;
       const bool is_hazard{rule == CellRule::edge || rule == CellRule::obstacle};
       std::fill(row + begin, row + end, is_hazard ? rule : CellRule::as_observed);
       if (!is_hazard) raise(occupancy.row(iy), begin, end, least_filtered(rule));
@@ -140,24 +177,66 @@ void FrameTerrain::hold(Image<float>& occupancy) {
   }
 }
 
-void FrameTerrain::bound_filtered(const Pose2& world_from_vehicle, bool is_usable, FrameResult& result) {
-  const GridGeometry& window{result.world.geometry};
-  move_held(window);
+void FrameTerrain::bound_filtered(bool is_usable, const std::function<bool(Point2)>& claims_free, FrameResult& result) {
   if (is_usable) {
     hold(result.world.occupancy);
     low_obstacles_.remember();
     bound(vehicle_rules_, result.vehicle.occupancy);
+    see_ground();
   }
-  bound_held(world_from_vehicle, result);
+  if (claims_free) see_claims(claims_free);
+  bound_held(result);
+  bound_unproved(is_usable, claims_free, result);
+}
+
+void FrameTerrain::see_ground() {
+  for (int iy{0}; iy < window_rules_.height(); ++iy) {
+    for_cells(window_rules_.row(iy), window_rules_.width(), [&](int begin, int end, CellRule rule) {
+      if (is_unseen(rule)) return;
+      is_ground(rule) ? witness_.see(iy, begin, end) : witness_.forget(iy, begin, end);
+    });
+  }
+}
+
+void FrameTerrain::see_claims(const std::function<bool(Point2)>& claims_free) {
+  for (int iy{0}; iy < window_rules_.height(); ++iy) {
+    for (int ix{0}; ix < window_rules_.width(); ++ix)
+      if (claims_free(place_.window_cells.centre(ix, iy))) witness_.see(iy, ix, ix + 1);
+  }
+}
+
+CellWitness FrameTerrain::witness_of(int ix, int iy, const CellPlaces& places, bool is_usable) const {
+  const CellRule rule{is_usable ? vehicle_rules_(ix, iy) : CellRule::ground_not_seen};
+  if (is_ground(rule)) return CellWitness{Witness::ground};
+  if (!is_unseen(rule)) return {};
+  const int x{static_cast<int>(std::floor(places.x_of(ix, iy)))};
+  const int y{static_cast<int>(std::floor(places.y_of(ix, iy)))};
+  if (witness_.remembers(x, y)) return CellWitness{Witness::memory, witness_.age_s(x, y)};
+  return CellWitness{rule == CellRule::passable ? Witness::passable : Witness::none};
+}
+
+void FrameTerrain::bound_unproved(bool is_usable, const std::function<bool(Point2)>& claims_free,
+                                  FrameResult& result) const {
+  for (int iy{0}; iy < window_rules_.height(); ++iy) witness_.bound(iy, result.world.occupancy.row(iy));
+  const CellPlaces places{vehicle_in_window()};
+  for (int iy{0}; iy < vehicle_grid_.ny; ++iy) {
+    for (int ix{0}; ix < vehicle_grid_.nx; ++ix) {
+      CellWitness witness{witness_of(ix, iy, places, is_usable)};
+      if (witness.kind() != Witness::ground && claims_free && claims_free(vehicle_grid_.centre(ix, iy)))
+        witness = CellWitness{Witness::source};
+      result.witness(ix, iy) = witness;
+      if (witness.allows_free()) continue;
+      for (Image<float>* const grid : {&result.observed, &result.vehicle.occupancy})
+        (*grid)(ix, iy) = std::max((*grid)(ix, iy), 0.5f);
+    }
+  }
 }
 
 // Hazards are few: each one raises its cell and the cells of the vehicle's grid whose centres lie in it. Cells that no
 // frame has observed stay unknown.
-void FrameTerrain::bound_held(const Pose2& world_from_vehicle, FrameResult& result) const {
-  const GridGeometry& window{result.world.geometry};
-  const GridInVehicle window_in_vehicle{grid_in_vehicle(window, inverse(world_from_vehicle))};
-  const CellPlaces places{
-      grid_in_vehicle(vehicle_grid_, world_from_vehicle), {window.x_min_m, window.y_min_m}, window.cell_size_m};
+void FrameTerrain::bound_held(FrameResult& result) const {
+  const GridGeometry& window{place_.window};
+  const CellPlaces places{vehicle_in_window()};
   const auto vehicle_cell = [&](double from_m) { return static_cast<int>(std::floor(from_m / window.cell_size_m)); };
   const auto raise_in = [](GridLayers& grid, int x, int y, float least) {
     if (std::isinf(grid.age_s(x, y))) return;
@@ -165,7 +244,7 @@ void FrameTerrain::bound_held(const Pose2& world_from_vehicle, FrameResult& resu
   };
   const auto raise = [&](int x, int y, float least) {
     raise_in(result.world, x, y, least);
-    const Point2 at{window_in_vehicle.centre(x, y)};
+    const Point2 at{place_.window_cells.centre(x, y)};
     const int near_x{vehicle_cell(at.x - vehicle_grid_.x_min_m)};
     const int near_y{vehicle_cell(at.y - vehicle_grid_.y_min_m)};
     for (int iy{std::max(near_y - 1, 0)}; iy <= std::min(near_y + 1, vehicle_grid_.ny - 1); ++iy) {

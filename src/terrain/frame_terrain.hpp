@@ -3,17 +3,27 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <span>
 #include <vector>
 
 #include "memory_bytes.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/result.hpp"
+#include "terrain/ground_witness.hpp"
 #include "terrain/low_obstacles.hpp"
 #include "terrain/rules.hpp"
 #include "terrain/terrain.hpp"
 
 namespace stereogrid {
+
+/// Where and when a frame's terrain is found.
+struct TerrainPlace {
+  GridGeometry window;         ///< the filter's grid, world axes
+  GridInVehicle window_cells;  ///< the window in the vehicle frame
+  Pose2 world_from_vehicle;
+  double dt_s;
+};
 
 /// Terrain of a frame in its two grids: the vehicle's grid and the window of the filter.
 class FrameTerrain {
@@ -23,17 +33,22 @@ class FrameTerrain {
   /// Sets elevation and classes of `result`. Does nothing with GroundModel::plane.
   template <class ForRanges>
   void find(View<const float> obstacle, View<const float> road, const Ground& ground, const Ground& surface,
-            const GridInVehicle& window, const ForRanges& for_ranges, FrameResult& result) {
+            const TerrainPlace& place, const ForRanges& for_ranges, FrameResult& result) {
+    move(place);
     terrain_.find(obstacle, road, ground, surface, for_ranges);
     edges_.clear();
     terrain_.add_edges(edges_);
-    low_obstacles_.find(obstacle, road, terrain_, window, for_ranges);
+    low_obstacles_.find(obstacle, road, terrain_, place.window_cells, for_ranges);
     const GridInVehicle vehicle{grid_in_vehicle(vehicle_grid_, {})};
     for_ranges(vehicle_grid_.ny, [&](int begin, int end) {
       write_vehicle(vehicle, begin, end, result);
       mark_low_obstacles(vehicle, begin, end, result);
+      remember_vehicle(begin, end);
     });
-    for_ranges(window.grid.ny, [&](int begin, int end) { write_window(window, begin, end); });
+    for_ranges(place.window.ny, [&](int begin, int end) {
+      write_window(place.window_cells, begin, end);
+      remember_window(begin, end);
+    });
   }
 
   /// Edges of the last find(), from left to right.
@@ -41,37 +56,48 @@ class FrameTerrain {
   /// Raises the filtered occupancy where the last find() has seen edges, obstacles, or nothing behind an edge, and
   /// where a frame before has seen an edge or obstacle and none since ground, or several have seen a low obstacle.
   /// `is_usable`: false: the last find() is ignored.
-  void bound_filtered(const Pose2& world_from_vehicle, bool is_usable, FrameResult& result);
+  /// Cells below ½ without a witness become unknown. `claims_free`: whether another source has seen a place of the
+  /// vehicle frame as free; empty: there is none.
+  void bound_filtered(bool is_usable, const std::function<bool(Point2)>& claims_free, FrameResult& result);
   /// Clears the hazards of frames before.
   void reset() {
     held_.fill(CellRule::as_observed);
     low_obstacles_.reset();
+    witness_.reset();
   }
   /// Marks all cells of `result` as unseen.
   static void clear(FrameResult& result);
   /// Rules of the last find().
-  [[nodiscard]] TerrainRules rules() const { return {terrain_.relief(), vehicle_rules_.view(), window_rules_.view()}; }
+  [[nodiscard]] TerrainRules rules() { return {terrain_.relief(), vehicle_rules_.view(), window_rules_.view()}; }
   template <class State>
   void exchange(State& state) {
-    state(held_, held_x_m_, held_y_m_, low_obstacles_);
+    state(held_, held_x_m_, held_y_m_, low_obstacles_, witness_);
   }
   [[nodiscard]] std::size_t memory_bytes() const {
-    return memory_bytes_of(terrain_, low_obstacles_, edges_, vehicle_rules_, window_rules_, held_, moved_);
+    return memory_bytes_of(terrain_, low_obstacles_, witness_, edges_, vehicle_rules_, window_rules_, held_, moved_);
   }
 
  private:
   void write_vehicle(const GridInVehicle& grid, int begin, int end, FrameResult& result);
   void mark_low_obstacles(const GridInVehicle& grid, int begin, int end, FrameResult& result);
   void write_window(const GridInVehicle& grid, int begin, int end);
-  void move_held(const GridGeometry& window);
+  void move(const TerrainPlace& place);
+  void remember_vehicle(int begin, int end);
+  void remember_window(int begin, int end);
   void hold(Image<float>& occupancy);
-  void bound_held(const Pose2& world_from_vehicle, FrameResult& result) const;
+  void bound_held(FrameResult& result) const;
+  void see_ground();
+  void see_claims(const std::function<bool(Point2)>& claims_free);
+  [[nodiscard]] CellWitness witness_of(int ix, int iy, const CellPlaces& places, bool is_usable) const;
+  void bound_unproved(bool is_usable, const std::function<bool(Point2)>& claims_free, FrameResult& result) const;
+  [[nodiscard]] CellPlaces vehicle_in_window() const;
 
   GridGeometry vehicle_grid_;
-  float raised_m_;    ///< drivable ground higher than this looks like an obstacle to the plane
-  CellRule unknown_;  ///< rule of cells without ground
+  float raised_m_;  ///< drivable ground higher than this looks like an obstacle to the plane
   Terrain terrain_;
   LowObstacles low_obstacles_;
+  GroundWitness witness_;
+  TerrainPlace place_{};  ///< of the last find()
   std::vector<EdgePoint> edges_;
   Image<CellRule> vehicle_rules_;
   Image<CellRule> window_rules_;

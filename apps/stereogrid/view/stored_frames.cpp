@@ -39,6 +39,15 @@ Image<float> layer_of(const Arrays& arrays, const std::string& name, int layer, 
   return image;
 }
 
+// Runs before version 0.2 have none.
+Image<CellWitness> witness_of(const Arrays& arrays, const GridGeometry& grid) {
+  const Image<float> bytes{layer_of(arrays, "witness", 0, grid, 0)};
+  Image<CellWitness> witness{grid.nx, grid.ny};
+  std::ranges::transform(bytes, witness.begin(),
+                         [](float byte) { return CellWitness{static_cast<std::uint8_t>(byte)}; });
+  return witness;
+}
+
 GridLayers layers_of(const Arrays& arrays, const std::string& prefix, const GridGeometry& grid) {
   constexpr float unknown{0.5F};
   constexpr float never_s{std::numeric_limits<float>::infinity()};
@@ -194,6 +203,7 @@ FrameResult stored_result(const io::RunReader& run, const io::RunFrame& frame) {
   if (arrays.contains("elevation_m") && arrays.contains("elevation_sigma_m")) {
     result.elevation_m = layer_of(arrays, "elevation_m", 0, run.grid(), 0);
     result.elevation_sigma_m = layer_of(arrays, "elevation_sigma_m", 0, run.grid(), 0);
+    result.witness = witness_of(arrays, run.grid());
   }
   if (arrays.contains("world_occupancy")) {
     result.world = layers_of(arrays, "world_", run.world_grid(frame.name).geometry);

@@ -38,8 +38,22 @@ struct GridArray {
   Layers (*grids)(const FrameResult&);
 };
 
-/// TerrainClass of each cell, by write_grids.
-constexpr const char* of_terrain{"terrain"};
+/// Arrays of a byte a cell, by write_grids.
+struct ByteArray {
+  const char* name;
+  std::span<const std::uint8_t> (*cells)(const FrameResult&);
+};
+
+template <class Byte>
+std::span<const std::uint8_t> bytes_of(const Image<Byte>& image) {
+  static_assert(sizeof(Byte) == 1);
+  return {reinterpret_cast<const std::uint8_t*>(image.data()), image.size()};
+}
+
+constexpr std::array<ByteArray, 2> byte_arrays{{
+    {"terrain", [](const FrameResult& r) { return bytes_of(r.terrain); }},
+    {"witness", [](const FrameResult& r) { return bytes_of(r.witness); }},
+}};
 
 constexpr const char* of_world{"world_"};
 constexpr float of_one{256};
@@ -83,7 +97,8 @@ std::vector<std::string> grid_arrays(bool compact) {
   for (const GridArray& array : all_arrays) {
     if (!compact || array.steps_per_unit > 0) names.emplace_back(array.name);
   }
-  if (!compact) names.emplace_back(of_terrain);
+  if (compact) return names;
+  for (const ByteArray& array : byte_arrays) names.emplace_back(array.name);
   return names;
 }
 
@@ -113,13 +128,11 @@ void write_grids(const std::filesystem::path& path, const FrameResult& result, c
       arrays.emplace_back(array.name, grids);
     }
   }
-  std::vector<std::uint8_t> terrain;
-  if (!result.terrain.empty() && is_among(layers, of_terrain)) {
-    for (const TerrainClass kind : result.terrain) terrain.push_back(static_cast<std::uint8_t>(kind));
-    arrays.push_back(
-        {of_terrain,
-         {static_cast<std::size_t>(result.terrain.height()), static_cast<std::size_t>(result.terrain.width())},
-         terrain});
+  for (const ByteArray& array : byte_arrays) {
+    const std::span<const std::uint8_t> cells{array.cells(result)};
+    if (cells.empty() || !is_among(layers, array.name)) continue;  // likewise
+    const GridGeometry& grid{result.vehicle.geometry};
+    arrays.push_back({array.name, {static_cast<std::size_t>(grid.ny), static_cast<std::size_t>(grid.nx)}, cells});
   }
   const std::vector<double> origin{result.world.geometry.x_min_m, result.world.geometry.y_min_m};
   if (has_world) arrays.push_back({"world_origin", {2}, origin});

@@ -28,9 +28,9 @@ struct Layer {
 constexpr float not_a_number{std::numeric_limits<float>::quiet_NaN()};
 
 // Calls `set(i, value)` for cell i of the world's grid, in its order, with the value of the vehicle's cell at its
-// centre; NaN outside the vehicle's grid.
-template <class Set>
-void for_world_cells(const FrameResult& result, const Image<float>& vehicle_layer, Set&& set) {
+// centre; `outside` beyond the vehicle's grid.
+template <class T, class Set>
+void for_world_cells(const FrameResult& result, const Image<T>& vehicle_layer, T outside, Set&& set) {
   const GridGeometry& grid{result.world.geometry};
   const Pose2 vehicle_from_world{inverse(result.world_from_vehicle)};
   const Point2 origin{vehicle_from_world * grid.centre(0, 0)};
@@ -41,25 +41,27 @@ void for_world_cells(const FrameResult& result, const Image<float>& vehicle_laye
     for (int ix{0}; ix < grid.nx; ++ix) {
       const Point2 place{origin.x + ix * step.x - iy * step.y, origin.y + ix * step.y + iy * step.x};
       const auto cell{result.vehicle.geometry.cell_at(place)};
-      set(i++, cell ? vehicle_layer(cell->ix, cell->iy) : not_a_number);
+      set(i++, cell ? vehicle_layer(cell->ix, cell->iy) : outside);
     }
   }
 }
 
-// A cell of a packed grid, byte by byte. The last field is left out of results without elevation.
+// A cell of a packed grid, byte by byte. The last two fields are left out of results without elevation.
 constexpr std::size_t elevation_offset{7};
+constexpr std::size_t witness_offset{9};
 struct PackedField {
   const char* name;
   std::uint8_t type;
   std::uint32_t offset;
 };
-constexpr std::array<PackedField, 6> packed_fields{
+constexpr std::array<PackedField, 7> packed_fields{
     {{"occupancy_255ths", foxglove_msgs::PackedElementField::type_uint8, 0},
      {"moving_255ths", foxglove_msgs::PackedElementField::type_uint8, 1},
      {"velocity_x_cm_s", foxglove_msgs::PackedElementField::type_int16, 2},
      {"velocity_y_cm_s", foxglove_msgs::PackedElementField::type_int16, 4},
      {"age_ds", foxglove_msgs::PackedElementField::type_uint8, 6},
-     {"elevation_cm", foxglove_msgs::PackedElementField::type_int16, elevation_offset}}};
+     {"elevation_cm", foxglove_msgs::PackedElementField::type_int16, elevation_offset},
+     {"witness", foxglove_msgs::PackedElementField::type_uint8, witness_offset}}};
 constexpr std::uint8_t never_observed{255};
 
 int rounded(float value) {
@@ -127,12 +129,12 @@ void fill(grid_map_msgs::GridMap& message, const FrameResult& result) {
       {{"elevation", &result.elevation_m}, {"elevation_sigma", &result.elevation_sigma_m}}};
   message.basic_layers.resize(1);
   message.basic_layers.front() = "occupancy";
-  const std::size_t layers{filtered.size() + (result.elevation_m.empty() ? 0 : observed.size())};
+  const std::size_t layers{filtered.size() + (result.elevation_m.empty() ? 0 : observed.size() + 1)};
   message.layers.resize(layers);
   message.data.resize(layers);
   std::size_t done{0};
-  const auto cells_of_next = [&](const Layer& layer) -> std::vector<float>& {
-    message.layers[done] = layer.name;
+  const auto cells_of_next = [&](const char* name) -> std::vector<float>& {
+    message.layers[done] = name;
     std_msgs::Float32MultiArray& array{message.data[done++]};
     lay_out(array.layout, geometry.nx, geometry.ny);
     array.data.resize(grid.age_s.size());
@@ -140,27 +142,32 @@ void fill(grid_map_msgs::GridMap& message, const FrameResult& result) {
   };
   for (const Layer& layer : filtered) {
     // unobserved cells are NaN
-    std::transform(layer.cells->begin(), layer.cells->end(), grid.age_s.begin(), cells_of_next(layer).rbegin(),
+    std::transform(layer.cells->begin(), layer.cells->end(), grid.age_s.begin(), cells_of_next(layer.name).rbegin(),
                    [](float cell, float age_s) { return std::isinf(age_s) ? not_a_number : cell; });
   }
   if (result.elevation_m.empty()) return;
   for (const Layer& layer : observed) {
-    std::vector<float>& cells{cells_of_next(layer)};
-    for_world_cells(result, *layer.cells, [&](std::size_t i, float value) { cells[cells.size() - 1 - i] = value; });
+    std::vector<float>& cells{cells_of_next(layer.name)};
+    for_world_cells(result, *layer.cells, not_a_number,
+                    [&](std::size_t i, float value) { cells[cells.size() - 1 - i] = value; });
   }
+  std::vector<float>& witnesses{cells_of_next("witness")};
+  for_world_cells(result, result.witness, {}, [&](std::size_t i, CellWitness witness) {
+    witnesses[witnesses.size() - 1 - i] = static_cast<float>(witness.byte());
+  });
 }
 
 void fill(foxglove_msgs::Grid& message, const FrameResult& result) {
   const GridLayers& grid{result.world};
   const GridGeometry& geometry{grid.geometry};
   const bool has_elevation{!result.elevation_m.empty()};
-  const std::size_t packed_bytes{has_elevation ? elevation_offset + 2 : elevation_offset};
+  const std::size_t packed_bytes{has_elevation ? witness_offset + 1 : elevation_offset};
   message.pose.position = {geometry.x_min_m, geometry.y_min_m, 0};
   message.column_count = static_cast<std::uint32_t>(geometry.nx);
   message.cell_size = {geometry.cell_size_m, geometry.cell_size_m};
   message.cell_stride = static_cast<std::uint32_t>(packed_bytes);
   message.row_stride = message.column_count * message.cell_stride;
-  message.fields.resize(packed_fields.size() - (has_elevation ? 0 : 1));
+  message.fields.resize(packed_fields.size() - (has_elevation ? 0 : 2));
   for (std::size_t i{0}; i < message.fields.size(); ++i) {
     message.fields[i].name = packed_fields[i].name;
     message.fields[i].offset = packed_fields[i].offset;
@@ -177,8 +184,11 @@ void fill(foxglove_msgs::Grid& message, const FrameResult& result) {
     cell[6] = packed_age(grid.age_s.data()[i]);
   }
   if (!has_elevation) return;
-  for_world_cells(result, result.elevation_m, [&](std::size_t i, float value) {
+  for_world_cells(result, result.elevation_m, not_a_number, [&](std::size_t i, float value) {
     pack_hundredths(value, message.data.data() + packed_bytes * i + elevation_offset);
+  });
+  for_world_cells(result, result.witness, {}, [&](std::size_t i, CellWitness witness) {
+    message.data[packed_bytes * i + witness_offset] = witness.byte();
   });
 }
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "filter/filter.hpp"
@@ -89,10 +90,12 @@ TEST(Terrain, RingsAreAsLongAsACellTwoDeviationsOrTwoRows) {
 TEST(CellRules, BoundTheObservedOccupancy) {
   const auto expect = [](CellRule rule, float before, float after) { EXPECT_EQ(ruled(before, rule), after) << before; };
   for (const float p : {0.01f, 0.2f, 0.3f, 0.5f, 0.9f}) expect(CellRule::as_observed, p, p);
-  for (const float p : {0.01f, 0.2f, 0.5f, 0.9f}) expect(CellRule::ground_not_seen, p, p);
-  for (const float p : {0.21f, 0.3f, 0.49f}) expect(CellRule::ground_not_seen, p, 0.5f);
-  for (const float p : {0.01f, 0.3f}) expect(CellRule::not_free, p, 0.5f);
-  expect(CellRule::not_free, 0.9f, 0.9f);
+  for (const float p : {0.01f, 0.2f, 0.5f, 0.9f}) expect(CellRule::remembered, p, p);
+  for (const float p : {0.21f, 0.3f, 0.49f}) expect(CellRule::remembered, p, 0.5f);
+  for (const CellRule rule : {CellRule::ground_not_seen, CellRule::passable, CellRule::not_free}) {
+    for (const float p : {0.01f, 0.3f}) expect(rule, p, 0.5f);
+    expect(rule, 0.9f, 0.9f);
+  }
   expect(CellRule::free, 0.1f, 0.1f);
   expect(CellRule::free, 0.9f, 0.2f);
   for (const CellRule rule : {CellRule::obstacle, CellRule::edge}) {
@@ -107,21 +110,25 @@ struct FrameOf {
     const GridGeometry& grid{vehicle.grid};
     result.elevation_m = result.elevation_sigma_m = Image<float>{grid.nx, grid.ny};
     result.terrain = Image<TerrainClass>{grid.nx, grid.ny};
+    result.witness = Image<CellWitness>{grid.nx, grid.ny};
+    result.observed = Image<float>{grid.nx, grid.ny};
     see(disparity_of(vehicle.rig, height));
   }
-  void see(const Image<float>& disparity) {
+  void see(const Image<float>& disparity, double dt_s = 0.1) {
     Ground ground;
     ground.height_m = vehicle.rig.camera_height_m;
     const Image<float> none{vehicle.rig.width_px, vehicle.rig.height_px};
     const auto in_order = [](int count, const auto& work) { work(0, count); };
-    terrain.find(disparity.view(), none.view(), ground, ground, grid_in_vehicle(window.at(pose), inverse(pose)),
-                 in_order, result);
+    const GridGeometry cells{window.at(pose)};
+    terrain.find(disparity.view(), none.view(), ground, ground,
+                 {cells, grid_in_vehicle(cells, inverse(pose)), pose, dt_s}, in_order, result);
   }
   /// Highest filtered occupancy at x in front of the vehicle, if the filter has only seen free cells.
-  float filtered_at(double x, bool is_usable = true) {
+  float filtered_at(double x, bool is_usable = true, const std::function<bool(Point2)>& claims_free = {}) {
     result.vehicle = grid_layers(vehicle.grid);
     result.world = grid_layers(window.at(pose));
-    terrain.bound_filtered(pose, is_usable, result);
+    result.observed.fill(0);
+    terrain.bound_filtered(is_usable, claims_free, result);
     float highest{0};
     for (const double near : {x - 0.2, x, x + 0.2}) {
       const Point2 world{pose * Point2{near, 0}};
@@ -138,8 +145,12 @@ struct FrameOf {
     config.matching.disparities = 64;
     return config;
   }
-  [[nodiscard]] CellRule rule_at(double x) const {
+  [[nodiscard]] CellRule rule_at(double x) {
     return terrain.rules().vehicle(static_cast<int>(x / vehicle.grid.cell_size_m), vehicle.grid.ny / 2);
+  }
+
+  [[nodiscard]] CellWitness witness_at(double x) const {
+    return result.witness(static_cast<int>(x / vehicle.grid.cell_size_m), vehicle.grid.ny / 2);
   }
 
   Vehicle vehicle{car()};
@@ -150,7 +161,7 @@ struct FrameOf {
 };
 
 TEST(Terrain, RaisedGroundIsFreeAndLevelGroundAsObserved) {
-  const FrameOf frame{ramp(4, 10)};
+  FrameOf frame{ramp(4, 10)};
   for (const double x : {3.5, 4.5}) EXPECT_EQ(frame.rule_at(x), CellRule::as_observed) << "up to 9 cm";
   for (const double x : {5.5, 7.0, 9.0}) EXPECT_EQ(frame.rule_at(x), CellRule::free) << x;
 }
@@ -227,10 +238,76 @@ TEST(Terrain, ALowObstacleThatIsGoneIsDropped) {
   EXPECT_LE(frames, 10);
 }
 
+// Rays say "free" everywhere: filtered_at() and FrameOf::result.observed are 0 before the bounds.
+TEST(Witness, FreeNeedsGroundSeenNowOrBefore) {
+  FrameOf frame{ramp(5, 0)};
+  const Image<float> nothing{frame.vehicle.rig.width_px, frame.vehicle.rig.height_px};
+  EXPECT_EQ(frame.filtered_at(1), 0.5f) << "nearer than the image shows";
+  EXPECT_EQ(frame.witness_at(1).kind(), Witness::none);
+  EXPECT_EQ(frame.filtered_at(6), 0);
+  EXPECT_EQ(frame.witness_at(6), CellWitness{Witness::ground});
+  frame.pose = {5, 0, 0};
+  frame.see(nothing);
+  EXPECT_EQ(frame.filtered_at(1), 0) << "6 m before";
+  EXPECT_EQ(frame.witness_at(1), (CellWitness{Witness::memory, 0.1f}));
+  EXPECT_EQ(frame.result.observed(5, frame.vehicle.grid.ny / 2), 0) << "rays decide";
+  EXPECT_EQ(frame.filtered_at(1, false), 0) << "also in a rejected frame";
+  frame.see(nothing, FrameOf::config().vehicle.ground_memory_s);
+  EXPECT_EQ(frame.filtered_at(1), 0.5f) << "too old";
+  EXPECT_EQ(frame.result.observed(5, frame.vehicle.grid.ny / 2), 0.5f);
+  EXPECT_EQ(frame.witness_at(1).kind(), Witness::none);
+}
+
+TEST(Witness, GroundInARejectedFrameIsNone) {
+  FrameOf frame{ramp(5, 0)};
+  EXPECT_EQ(frame.filtered_at(6, false), 0.5f);
+  EXPECT_FALSE(frame.witness_at(6).allows_free());
+}
+
+// From far away the ground before an edge hides it.
+TEST(Witness, EndsWhereAnEdgeIsSeen) {
+  FrameOf frame{ramp(5, 0)};
+  EXPECT_EQ(frame.filtered_at(5), 0);
+  frame.see(disparity_of(frame.vehicle.rig, step(4, -0.25f)));
+  EXPECT_GE(frame.filtered_at(5), 0.5f);
+  EXPECT_FALSE(frame.witness_at(5).allows_free());
+  frame.see(Image<float>{frame.vehicle.rig.width_px, frame.vehicle.rig.height_px});
+  EXPECT_GE(frame.filtered_at(5), 0.5f) << "not remembered";
+}
+
+TEST(Witness, MayBeAnotherSource) {
+  FrameOf frame{ramp(5, 0)};
+  const auto near = [](Point2 at) { return at.x < 2; };
+  EXPECT_EQ(frame.filtered_at(1, true, near), 0);
+  EXPECT_EQ(frame.witness_at(1), CellWitness{Witness::source});
+  EXPECT_EQ(frame.filtered_at(1, false, near), 0) << "whatever becomes of the frame";
+}
+
+TEST(Witness, OfRaysIsPassable) {
+  FrameOf frame{ramp(5, 0)};
+  const View<CellRule> rules{frame.terrain.rules().vehicle};
+  Image<float> cells{rules.width, rules.height, 0.1f};
+  for (int y{0}; y < rules.height; ++y) apply_rules(rules.row(y), rules.width, cells.row(y));
+  EXPECT_EQ(frame.filtered_at(1), 0.5f);
+  EXPECT_EQ(frame.witness_at(1), CellWitness{Witness::passable});
+  EXPECT_EQ(frame.witness_at(6), CellWitness{Witness::ground});
+}
+
+TEST(Witness, AgesInPowersOfTwo) {
+  for (const auto& [age_s, up_to_s] :
+       {std::pair{0.0f, 0.0f}, {0.01f, 0.125f}, {0.125f, 0.125f}, {0.13f, 0.25f}, {0.9f, 1.0f}, {9.0f, 16.0f}}) {
+    const CellWitness witness{Witness::memory, age_s};
+    EXPECT_EQ(witness.age_s(), up_to_s) << age_s;
+    EXPECT_EQ(CellWitness{witness.byte()}, witness);
+    EXPECT_EQ(witness.kind(), Witness::memory);
+  }
+  EXPECT_EQ((CellWitness{Witness::memory, 1e9f}).byte() >> 4, 15);
+}
+
 // The plane around a cell follows slopes up to the limit, and their ends.
 TEST(Terrain, SlopesHaveNoLowObstacles) {
   for (const float degrees : {-4.0f, 5.0f, 10.0f, 15.0f}) {
-    const FrameOf frame{ramp(4, degrees)};
+    FrameOf frame{ramp(4, degrees)};
     for (double x{3}; x < 7; x += 0.2) EXPECT_NE(frame.rule_at(x), CellRule::obstacle) << degrees << " deg, x " << x;
   }
 }

@@ -1,0 +1,68 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+
+#include "geometry/window.hpp"
+#include "memory_bytes.hpp"
+#include "stereogrid/image.hpp"
+#include "terrain/rules.hpp"
+
+namespace stereogrid {
+
+/// When the cells of the filter's window have last been seen as ground. What is seen against it ends that
+/// (docs/terrain.md, "Free has a witness").
+class GroundWitness {
+ public:
+  /// Ground is a witness for `memory_s` seconds.
+  GroundWitness(double memory_s, int window_cells)
+      : memory_s_{static_cast<float>(memory_s)},
+        left_s_{window_cells, window_cells},
+        moved_{window_cells, window_cells} {}
+
+  /// Moves with the window and lets time pass.
+  void move(Scroll scroll, double dt_s) {
+    scroll_cells(scroll, left_s_, moved_);
+    const auto passed_s{static_cast<float>(dt_s)};
+    float* const left_s{left_s_.data()};
+    for (std::size_t i{0}; i < left_s_.size(); ++i) left_s[i] = std::max(left_s[i] - passed_s, 0.0f);
+  }
+  /// Cells [begin, end) of a row.
+  void see(int iy, int begin, int end) { std::fill(left_s_.row(iy) + begin, left_s_.row(iy) + end, memory_s_); }
+  void forget(int iy, int begin, int end) { std::fill(left_s_.row(iy) + begin, left_s_.row(iy) + end, 0.0f); }
+  void reset() { left_s_.fill(0); }
+  /// Cells outside the window have never been seen.
+  [[nodiscard]] bool remembers(int ix, int iy) const {
+    return ix >= 0 && iy >= 0 && ix < left_s_.width() && iy < left_s_.height() && left_s_(ix, iy) > 0;
+  }
+  /// Cells [begin, end) of a row that are remembered.
+  void remember(int iy, int begin, int end, CellRule* rules) const {
+    const float* const left_s{left_s_.row(iy)};
+    for (int i{begin}; i < end; ++i) rules[i] = left_s[i] > 0 ? CellRule::remembered : rules[i];
+  }
+  /// Raises the cells of a row that are not remembered to ½.
+  void bound(int iy, float* occupancy) const {
+    const float* const left_s{left_s_.row(iy)};
+    for (int i{0}; i < left_s_.width(); ++i) occupancy[i] = left_s[i] > 0 ? occupancy[i] : std::max(occupancy[i], 0.5f);
+  }
+  /// Seconds since the cell was seen; infinite: none that count.
+  [[nodiscard]] float age_s(int ix, int iy) const {
+    return remembers(ix, iy) ? memory_s_ - left_s_(ix, iy) : std::numeric_limits<float>::infinity();
+  }
+
+  template <class State>
+  void exchange(State& state) {
+    state(left_s_);
+  }
+  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(left_s_, moved_); }
+
+ private:
+  float memory_s_;
+  Image<float> left_s_;  ///< seconds that the witness still counts; 0: none
+  Image<float> moved_;   ///< working memory
+};
+
+}  // namespace stereogrid
