@@ -145,7 +145,7 @@ class HostStages final : public Stages {
     stereogrid::project(back_end_, occupancy, bins, grid, space_.projection, cells.view());
   }
 
-  void apply(View<CellRule> rules, Image<float>& cells) {
+  void apply(View<const CellRule> rules, Image<float>& cells) {
     cpu_.for_ranges(rules.height, 8, [&](int begin, int end) {
       for (int y{begin}; y < end; ++y) apply_rules(rules.row(y), rules.width, cells.row(y));
     });

@@ -8,6 +8,6 @@
 namespace stereogrid {
 
 /// Applies rules, row by row without gaps, to `cells`. `rules` is on the device, or in pinned memory.
-void apply_rules(Cuda& cuda, CellRule* rules, View<float, Device> cells);
+void apply_rules(Cuda& cuda, const CellRule* rules, View<float, Device> cells);
 
 }  // namespace stereogrid

@@ -41,11 +41,6 @@ bool is_ground(CellRule rule) {
   return rule == CellRule::as_observed || rule == CellRule::free;
 }
 
-// Neither ground nor anything against it.
-bool is_unseen(CellRule rule) {
-  return rule == CellRule::ground_not_seen || rule == CellRule::passable || rule == CellRule::remembered;
-}
-
 template <class T>
 void fill_rows(Image<T>& image, int begin, int end, T value) {
   std::fill_n(image.row(begin), static_cast<std::size_t>(end - begin) * static_cast<std::size_t>(image.width()), value);
@@ -132,26 +127,6 @@ CellPlaces FrameTerrain::vehicle_in_window() const {
       grid_in_vehicle(vehicle_grid_, place_.world_from_vehicle), {window.x_min_m, window.y_min_m}, window.cell_size_m};
 }
 
-// Where earlier frames have seen ground, the rays of this one decide.
-void FrameTerrain::remember_vehicle(int begin, int end) {
-  const CellPlaces places{vehicle_in_window()};
-  for (int iy{begin}; iy < end; ++iy) {
-    for (int ix{0}; ix < vehicle_grid_.nx; ++ix) {
-      CellRule& rule{vehicle_rules_(ix, iy)};
-      if (rule == CellRule::ground_not_seen && witness_of(ix, iy, places, true).allows_free())
-        rule = CellRule::remembered;
-    }
-  }
-}
-
-void FrameTerrain::remember_window(int begin, int end) {
-  for (int iy{begin}; iy < end; ++iy) {
-    for_cells(window_rules_.row(iy), window_rules_.width(), [&](int first, int last, CellRule rule) {
-      if (rule == CellRule::ground_not_seen) witness_.remember(iy, first, last, window_rules_.row(iy));
-    });
-  }
-}
-
 void FrameTerrain::move(const TerrainPlace& place) {
   place_ = place;
   GridGeometry before{place.window};
@@ -169,7 +144,7 @@ void FrameTerrain::hold(Image<float>& occupancy) {
   for (int iy{0}; iy < held_.height(); ++iy) {
     CellRule* const row{held_.row(iy)};
     for_cells(window_rules_.row(iy), held_.width(), [&](int begin, int end, CellRule rule) {
-      if (is_unseen(rule)) return;
+      if (rule == CellRule::ground_not_seen) return;
       const bool is_hazard{rule == CellRule::edge || rule == CellRule::obstacle};
       std::fill(row + begin, row + end, is_hazard ? rule : CellRule::as_observed);
       if (!is_hazard) raise(occupancy.row(iy), begin, end, least_filtered(rule));
@@ -192,7 +167,7 @@ void FrameTerrain::bound_filtered(bool is_usable, const std::function<bool(Point
 void FrameTerrain::see_ground() {
   for (int iy{0}; iy < window_rules_.height(); ++iy) {
     for_cells(window_rules_.row(iy), window_rules_.width(), [&](int begin, int end, CellRule rule) {
-      if (is_unseen(rule)) return;
+      if (rule == CellRule::ground_not_seen) return;
       is_ground(rule) ? witness_.see(iy, begin, end) : witness_.forget(iy, begin, end);
     });
   }
@@ -208,11 +183,11 @@ void FrameTerrain::see_claims(const std::function<bool(Point2)>& claims_free) {
 CellWitness FrameTerrain::witness_of(int ix, int iy, const CellPlaces& places, bool is_usable) const {
   const CellRule rule{is_usable ? vehicle_rules_(ix, iy) : CellRule::ground_not_seen};
   if (is_ground(rule)) return CellWitness{Witness::ground};
-  if (!is_unseen(rule)) return {};
+  if (rule != CellRule::ground_not_seen) return {};
   const int x{static_cast<int>(std::floor(places.x_of(ix, iy)))};
   const int y{static_cast<int>(std::floor(places.y_of(ix, iy)))};
   if (witness_.remembers(x, y)) return CellWitness{Witness::memory, witness_.age_s(x, y)};
-  return CellWitness{rule == CellRule::passable ? Witness::passable : Witness::none};
+  return {};
 }
 
 void FrameTerrain::bound_unproved(bool is_usable, const std::function<bool(Point2)>& claims_free,
@@ -224,10 +199,13 @@ void FrameTerrain::bound_unproved(bool is_usable, const std::function<bool(Point
       CellWitness witness{witness_of(ix, iy, places, is_usable)};
       if (witness.kind() != Witness::ground && claims_free && claims_free(vehicle_grid_.centre(ix, iy)))
         witness = CellWitness{Witness::source};
+      float& observed{result.observed(ix, iy)};
+      if (!witness.allows_free()) {
+        if (observed < 0.5f) witness = CellWitness{Witness::passable};
+        for (float* const occupancy : {&observed, &result.vehicle.occupancy(ix, iy)})
+          *occupancy = std::max(*occupancy, 0.5f);
+      }
       result.witness(ix, iy) = witness;
-      if (witness.allows_free()) continue;
-      for (Image<float>* const grid : {&result.observed, &result.vehicle.occupancy})
-        (*grid)(ix, iy) = std::max((*grid)(ix, iy), 0.5f);
     }
   }
 }

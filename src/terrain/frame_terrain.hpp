@@ -43,12 +43,8 @@ class FrameTerrain {
     for_ranges(vehicle_grid_.ny, [&](int begin, int end) {
       write_vehicle(vehicle, begin, end, result);
       mark_low_obstacles(vehicle, begin, end, result);
-      remember_vehicle(begin, end);
     });
-    for_ranges(place.window.ny, [&](int begin, int end) {
-      write_window(place.window_cells, begin, end);
-      remember_window(begin, end);
-    });
+    for_ranges(place.window.ny, [&](int begin, int end) { write_window(place.window_cells, begin, end); });
   }
 
   /// Edges of the last find(), from left to right.
@@ -68,7 +64,7 @@ class FrameTerrain {
   /// Marks all cells of `result` as unseen.
   static void clear(FrameResult& result);
   /// Rules of the last find().
-  [[nodiscard]] TerrainRules rules() { return {terrain_.relief(), vehicle_rules_.view(), window_rules_.view()}; }
+  [[nodiscard]] TerrainRules rules() const { return {terrain_.relief(), vehicle_rules_.view(), window_rules_.view()}; }
   template <class State>
   void exchange(State& state) {
     state(held_, held_x_m_, held_y_m_, low_obstacles_, witness_);
@@ -82,8 +78,6 @@ class FrameTerrain {
   void mark_low_obstacles(const GridInVehicle& grid, int begin, int end, FrameResult& result);
   void write_window(const GridInVehicle& grid, int begin, int end);
   void move(const TerrainPlace& place);
-  void remember_vehicle(int begin, int end);
-  void remember_window(int begin, int end);
   void hold(Image<float>& occupancy);
   void bound_held(FrameResult& result) const;
   void see_ground();

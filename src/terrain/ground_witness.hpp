@@ -9,7 +9,6 @@
 #include "geometry/window.hpp"
 #include "memory_bytes.hpp"
 #include "stereogrid/image.hpp"
-#include "terrain/rules.hpp"
 
 namespace stereogrid {
 
@@ -37,11 +36,6 @@ class GroundWitness {
   /// Cells outside the window have never been seen.
   [[nodiscard]] bool remembers(int ix, int iy) const {
     return ix >= 0 && iy >= 0 && ix < left_s_.width() && iy < left_s_.height() && left_s_(ix, iy) > 0;
-  }
-  /// Cells [begin, end) of a row that are remembered.
-  void remember(int iy, int begin, int end, CellRule* rules) const {
-    const float* const left_s{left_s_.row(iy)};
-    for (int i{begin}; i < end; ++i) rules[i] = left_s[i] > 0 ? CellRule::remembered : rules[i];
   }
   /// Raises the cells of a row that are not remembered to ½.
   void bound(int iy, float* occupancy) const {

@@ -14,38 +14,23 @@
 
 namespace stereogrid {
 
-/// P(occupied) from which on rays do not make ground free that only earlier frames have seen.
-constexpr float uncertain_free{0.2f};
-
 /// Effect of the terrain on a cell's observed occupancy.
-enum class CellRule : std::uint8_t {
-  as_observed,      ///< ground is seen
-  remembered,       ///< ground was seen before; the rays decide
-  ground_not_seen,  ///< neither
-  passable,         ///< neither, but rays cross the cell; set by the back end
-  not_free,
-  free,
-  obstacle,
-  edge
-};
+enum class CellRule : std::uint8_t { as_observed, ground_not_seen, not_free, free, obstacle, edge };
 
 /// P(occupied) of drivable ground where the plane sees an obstacle; least P of obstacles and edges (docs/terrain.md).
 constexpr float ruled_free{0.2f};
 constexpr float ruled_obstacle{0.7f};
 constexpr float ruled_edge{0.7f};
+/// P(occupied) from which on rays alone do not make a cell without ground free.
+constexpr float uncertain_free{0.2f};
 
 STEREOGRID_HD inline float ruled(float occupancy, CellRule rule) {
-  if (rule == CellRule::remembered) return occupancy > uncertain_free ? Max(occupancy, 0.5f) : occupancy;
-  if (rule == CellRule::ground_not_seen || rule == CellRule::passable || rule == CellRule::not_free)
-    return Max(occupancy, 0.5f);
+  const float not_free{Max(occupancy, 0.5f)};
+  if (rule == CellRule::ground_not_seen) return occupancy > uncertain_free ? not_free : occupancy;
+  if (rule == CellRule::not_free) return not_free;
   if (rule == CellRule::free) return Min(occupancy, ruled_free);
   if (rule == CellRule::obstacle) return Max(occupancy, ruled_obstacle);
   return rule == CellRule::edge ? Max(occupancy, ruled_edge) : occupancy;
-}
-
-/// The rule of a cell after the rays: whether they cross a cell without ground.
-STEREOGRID_HD inline CellRule crossed(float occupancy, CellRule rule) {
-  return rule == CellRule::ground_not_seen && occupancy < 0.5f ? CellRule::passable : rule;
 }
 
 /// Sixteen cells have the same rule. Two comparisons instead of a call of std::memcmp.
@@ -69,17 +54,13 @@ void for_cells(const CellRule* rules, int cells, const Work& work) {
   }
 }
 
-/// Applies crossed() and ruled() to a row.
-inline void apply_rules(CellRule* rules, int cells, float* occupancy) {
-  for_cells(rules, cells, [=](int begin, int end, CellRule rule) {
+/// Applies ruled() to a row.
+inline void apply_rules(const CellRule* rules, int cells, float* occupancy) {
+  for_cells(rules, cells, [occupancy](int begin, int end, CellRule rule) {
     const auto apply = [&](CellRule to_all) {
-      for (int i{begin}; i < end; ++i) {
-        rules[i] = crossed(occupancy[i], to_all);
-        occupancy[i] = ruled(occupancy[i], to_all);
-      }
+      for (int i{begin}; i < end; ++i) occupancy[i] = ruled(occupancy[i], to_all);
     };
     // the rules of most cells as constants, with which the loop becomes vectors
-    if (rule == CellRule::as_observed) return;
     if (rule == CellRule::ground_not_seen) return apply(CellRule::ground_not_seen);
     rule == CellRule::not_free ? apply(CellRule::not_free) : apply(rule);
   });
@@ -92,11 +73,11 @@ STEREOGRID_HD inline float least_filtered(CellRule rule) {
   return rule == CellRule::not_free || rule == CellRule::obstacle ? 0.5f : 0.0f;
 }
 
-/// The ground of a frame and the rules of its grids; empty: none. Back ends set CellRule::passable.
+/// The ground of a frame and the rules of its grids; empty: none.
 struct TerrainRules {
   Relief<Host> relief;
-  View<CellRule> vehicle;
-  View<CellRule> window;
+  View<const CellRule> vehicle;
+  View<const CellRule> window;
 };
 
 }  // namespace stereogrid

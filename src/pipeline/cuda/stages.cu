@@ -18,11 +18,6 @@ void put(View<const T> image, T* pinned) {
   for (int v{0}; v < image.height; ++v) std::copy_n(image.row(v), image.width, pinned + v * image.width);
 }
 
-template <class T>
-void put_back(const T* pinned, View<T> image) {
-  for (int v{0}; v < image.height; ++v) std::copy_n(pinned + v * image.width, image.width, image.row(v));
-}
-
 }  // namespace
 
 CudaStages::CudaStages(const Config& config, const Rig& level_rig, int device, const StagesOptions& options)
@@ -155,7 +150,6 @@ void CudaStages::observe(const LevelFrame&, const FrameGrids&, const Evidence& e
     put(evidence.rules.window, host_.window_rules.data());
     *host_.blur_px.data() = evidence.blur_px;
   }
-  rules_ = evidence.rules;
   std::copy(evidence.held.begin(), evidence.held.end(), host_.held.data());
   *host_.held_count.data() = static_cast<int>(evidence.held.size());
   Graph& graph{(evidence.is_usable ? observe_graphs_ : unknown_graphs_)[has_other_grids_ ? 1 : 0]};
@@ -299,8 +293,6 @@ void CudaStages::publish(const LevelFrame&, FrameResult& result) {
   result.obstacle_density = matched.obstacle / pixels;
   result.road_density = matched.road / pixels;
   result.world.geometry = host_.frame().window;
-  put_back(host_.vehicle_rules.data(), rules_.vehicle);
-  put_back(host_.window_rules.data(), rules_.window);
   PackedGrids{vehicle_grid_, window_cells_}.copy_to(host_.grids.data(), result);
   if (options_.stage_images) {
     device_.fetch_stages(cuda_, result.stages);

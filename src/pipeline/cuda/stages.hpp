@@ -80,7 +80,6 @@ class CudaStages final : public Stages {
   // data of a frame
   bool is_external_{false};      ///< external disparities
   bool has_other_grids_{false};  ///< this frame
-  TerrainRules rules_;           ///< publish() returns the rules of its cells
   bool is_at_work_{false};       ///< since the last synchronize()
   bool is_lattice_taken_{false};
 

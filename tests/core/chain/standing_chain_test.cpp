@@ -178,7 +178,7 @@ TEST_P(TooClose, StaysForTenSecondsAndIsSeenAgain) {
   staged.set_interval(0.1);
   const FrameResult& back{staged.drive(face_m - close_m, face_m - 4, 0.1)};
   EXPECT_TRUE(back.status.empty());
-  const auto ahead = back.vehicle.geometry.cell_at({2.7, 0.2});
+  const auto ahead = back.vehicle.geometry.cell_at({3.5, 0.2});
   EXPECT_LT(back.vehicle.occupancy(ahead->ix, ahead->iy), 0.45f);
   EXPECT_TRUE(std::ranges::any_of(
       back.obstacles, [](const Obstacle& obstacle) { return !obstacle.coasting && std::abs(obstacle.x_m - 4) < 1; }));

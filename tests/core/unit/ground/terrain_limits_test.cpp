@@ -90,12 +90,10 @@ TEST(Terrain, RingsAreAsLongAsACellTwoDeviationsOrTwoRows) {
 TEST(CellRules, BoundTheObservedOccupancy) {
   const auto expect = [](CellRule rule, float before, float after) { EXPECT_EQ(ruled(before, rule), after) << before; };
   for (const float p : {0.01f, 0.2f, 0.3f, 0.5f, 0.9f}) expect(CellRule::as_observed, p, p);
-  for (const float p : {0.01f, 0.2f, 0.5f, 0.9f}) expect(CellRule::remembered, p, p);
-  for (const float p : {0.21f, 0.3f, 0.49f}) expect(CellRule::remembered, p, 0.5f);
-  for (const CellRule rule : {CellRule::ground_not_seen, CellRule::passable, CellRule::not_free}) {
-    for (const float p : {0.01f, 0.3f}) expect(rule, p, 0.5f);
-    expect(rule, 0.9f, 0.9f);
-  }
+  for (const float p : {0.01f, 0.2f, 0.5f, 0.9f}) expect(CellRule::ground_not_seen, p, p);
+  for (const float p : {0.21f, 0.3f, 0.49f}) expect(CellRule::ground_not_seen, p, 0.5f);
+  for (const float p : {0.01f, 0.3f}) expect(CellRule::not_free, p, 0.5f);
+  expect(CellRule::not_free, 0.9f, 0.9f);
   expect(CellRule::free, 0.1f, 0.1f);
   expect(CellRule::free, 0.9f, 0.2f);
   for (const CellRule rule : {CellRule::obstacle, CellRule::edge}) {
@@ -145,7 +143,7 @@ struct FrameOf {
     config.matching.disparities = 64;
     return config;
   }
-  [[nodiscard]] CellRule rule_at(double x) {
+  [[nodiscard]] CellRule rule_at(double x) const {
     return terrain.rules().vehicle(static_cast<int>(x / vehicle.grid.cell_size_m), vehicle.grid.ny / 2);
   }
 
@@ -161,7 +159,7 @@ struct FrameOf {
 };
 
 TEST(Terrain, RaisedGroundIsFreeAndLevelGroundAsObserved) {
-  FrameOf frame{ramp(4, 10)};
+  const FrameOf frame{ramp(4, 10)};
   for (const double x : {3.5, 4.5}) EXPECT_EQ(frame.rule_at(x), CellRule::as_observed) << "up to 9 cm";
   for (const double x : {5.5, 7.0, 9.0}) EXPECT_EQ(frame.rule_at(x), CellRule::free) << x;
 }
@@ -243,7 +241,7 @@ TEST(Witness, FreeNeedsGroundSeenNowOrBefore) {
   FrameOf frame{ramp(5, 0)};
   const Image<float> nothing{frame.vehicle.rig.width_px, frame.vehicle.rig.height_px};
   EXPECT_EQ(frame.filtered_at(1), 0.5f) << "nearer than the image shows";
-  EXPECT_EQ(frame.witness_at(1).kind(), Witness::none);
+  EXPECT_EQ(frame.witness_at(1), CellWitness{Witness::passable}) << "for rays";
   EXPECT_EQ(frame.filtered_at(6), 0);
   EXPECT_EQ(frame.witness_at(6), CellWitness{Witness::ground});
   frame.pose = {5, 0, 0};
@@ -255,7 +253,7 @@ TEST(Witness, FreeNeedsGroundSeenNowOrBefore) {
   frame.see(nothing, FrameOf::config().vehicle.ground_memory_s);
   EXPECT_EQ(frame.filtered_at(1), 0.5f) << "too old";
   EXPECT_EQ(frame.result.observed(5, frame.vehicle.grid.ny / 2), 0.5f);
-  EXPECT_EQ(frame.witness_at(1).kind(), Witness::none);
+  EXPECT_EQ(frame.witness_at(1).kind(), Witness::passable);
 }
 
 TEST(Witness, GroundInARejectedFrameIsNone) {
@@ -283,16 +281,6 @@ TEST(Witness, MayBeAnotherSource) {
   EXPECT_EQ(frame.filtered_at(1, false, near), 0) << "whatever becomes of the frame";
 }
 
-TEST(Witness, OfRaysIsPassable) {
-  FrameOf frame{ramp(5, 0)};
-  const View<CellRule> rules{frame.terrain.rules().vehicle};
-  Image<float> cells{rules.width, rules.height, 0.1f};
-  for (int y{0}; y < rules.height; ++y) apply_rules(rules.row(y), rules.width, cells.row(y));
-  EXPECT_EQ(frame.filtered_at(1), 0.5f);
-  EXPECT_EQ(frame.witness_at(1), CellWitness{Witness::passable});
-  EXPECT_EQ(frame.witness_at(6), CellWitness{Witness::ground});
-}
-
 TEST(Witness, AgesInPowersOfTwo) {
   for (const auto& [age_s, up_to_s] :
        {std::pair{0.0f, 0.0f}, {0.01f, 0.125f}, {0.125f, 0.125f}, {0.13f, 0.25f}, {0.9f, 1.0f}, {9.0f, 16.0f}}) {
@@ -307,7 +295,7 @@ TEST(Witness, AgesInPowersOfTwo) {
 // The plane around a cell follows slopes up to the limit, and their ends.
 TEST(Terrain, SlopesHaveNoLowObstacles) {
   for (const float degrees : {-4.0f, 5.0f, 10.0f, 15.0f}) {
-    FrameOf frame{ramp(4, degrees)};
+    const FrameOf frame{ramp(4, degrees)};
     for (double x{3}; x < 7; x += 0.2) EXPECT_NE(frame.rule_at(x), CellRule::obstacle) << degrees << " deg, x " << x;
   }
 }
