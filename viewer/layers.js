@@ -92,7 +92,7 @@ export function occupancyLayer(message) {
   };
 }
 
-/** Of a witness byte: `kinds` by its lower four bits; what is older is paler. */
+/** Of a witness byte: its kind in the lower four bits; older ones are paler. */
 const witnesses = ['none', 'passable', 'ground', 'memory', 'source'];
 const witnessPixels = perTheme(() => {
   const unknown = rgb('--cell-unknown');

@@ -82,29 +82,24 @@ constexpr std::array<std::string_view, 5> names_of(Witness) {
 
 /// The witness of a cell in a byte: its kind in the lower four bits, the class of its age in the upper four. The
 /// classes are powers of two: 0 is this frame, k up to 2^k/16 s ago.
-class CellWitness {
- public:
-  CellWitness() = default;
-  constexpr explicit CellWitness(Witness kind, float age_s = 0) : byte_{static_cast<std::uint8_t>(kind)} {
-    for (float class_s{1.0f / 16}; age_s > 0 && byte_ < 0xF0; class_s *= 2) {
-      byte_ = static_cast<std::uint8_t>(byte_ + 0x10);
-      if (!(age_s > 2 * class_s)) break;
-    }
-  }
-  constexpr explicit CellWitness(std::uint8_t byte) : byte_{byte} {}
+struct CellWitness {
+  std::uint8_t byte{0};
 
-  [[nodiscard]] constexpr std::uint8_t byte() const { return byte_; }
-  [[nodiscard]] constexpr Witness kind() const { return static_cast<Witness>(byte_ & 0x0FU); }
-  /// Greatest age of the class, s.
-  [[nodiscard]] constexpr float age_s() const {
-    const int age_class{byte_ >> 4U};
-    return age_class == 0 ? 0.0f : static_cast<float>(1U << static_cast<unsigned>(age_class)) / 16;
+  [[nodiscard]] static constexpr CellWitness of(Witness kind, float age_s = 0) {
+    unsigned age_class{0};
+    while (age_class < 15 && age_s > greatest_age_s(age_class)) ++age_class;
+    return {static_cast<std::uint8_t>(static_cast<unsigned>(kind) | age_class << 4U)};
   }
+  [[nodiscard]] constexpr Witness kind() const { return static_cast<Witness>(byte & 15U); }
+  /// Greatest age of the class, s.
+  [[nodiscard]] constexpr float age_s() const { return greatest_age_s(byte >> 4U); }
   [[nodiscard]] constexpr bool allows_free() const { return kind() > Witness::passable; }
   friend bool operator==(const CellWitness&, const CellWitness&) = default;
 
  private:
-  std::uint8_t byte_{0};
+  static constexpr float greatest_age_s(unsigned age_class) {
+    return age_class == 0 ? 0.0f : static_cast<float>(1U << age_class) / 16;
+  }
 };
 
 /// State of the filter for every cell of a grid. Velocities are relative to the ground, in the grid's axes, given that

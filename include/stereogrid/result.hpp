@@ -100,7 +100,7 @@ struct FrameResult {
       elevation_m;  ///< m above `ground` in the cells of `vehicle.geometry`, NaN = unseen; empty: ground.model plane
   Image<float> elevation_sigma_m;       ///< standard deviation, NaN = unseen
   Image<TerrainClass> terrain;          ///< class of the ground
-  Image<CellWitness> witness;           ///< of P(occupied) < ½, in the same cells; empty: ground.model plane
+  Image<CellWitness> witness;           ///< evidence of free cells; empty: ground.model plane
   GridLayers vehicle;                   ///< filtered, in the vehicle frame, corrected by `observed`; constant geometry
   GridLayers world;                     ///< filtered, world-aligned; its geometry moves with the vehicle in whole cells
   std::vector<Prediction> predictions;  ///< one for each of PipelineOptions::horizons_s

@@ -51,8 +51,8 @@ void make_room(const Config& config, const std::vector<double>& horizons_s, Fram
   const int window_cells{Window{vehicle}.cells()};
   make_room(vehicle.nx, vehicle.ny, result.observed);
   if (config.ground.model == GroundModel::terrain) {
-    make_room(vehicle.nx, vehicle.ny, result.elevation_m);
-    make_room(vehicle.nx, vehicle.ny, result.elevation_sigma_m);
+    for (Image<float>* image : {&result.elevation_m, &result.elevation_sigma_m})
+      make_room(vehicle.nx, vehicle.ny, *image);
     make_room(vehicle.nx, vehicle.ny, result.terrain);
     make_room(vehicle.nx, vehicle.ny, result.witness);
   }

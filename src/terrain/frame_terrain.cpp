@@ -168,7 +168,7 @@ void FrameTerrain::see_ground() {
   for (int iy{0}; iy < window_rules_.height(); ++iy) {
     for_cells(window_rules_.row(iy), window_rules_.width(), [&](int begin, int end, CellRule rule) {
       if (rule == CellRule::ground_not_seen) return;
-      is_ground(rule) ? witness_.see(iy, begin, end) : witness_.forget(iy, begin, end);
+      is_ground(rule) ? witness_.see(iy, begin, end) : witness_.drop(iy, begin, end);
     });
   }
 }
@@ -182,11 +182,11 @@ void FrameTerrain::see_claims(const std::function<bool(Point2)>& claims_free) {
 
 CellWitness FrameTerrain::witness_of(int ix, int iy, const CellPlaces& places, bool is_usable) const {
   const CellRule rule{is_usable ? vehicle_rules_(ix, iy) : CellRule::ground_not_seen};
-  if (is_ground(rule)) return CellWitness{Witness::ground};
+  if (is_ground(rule)) return CellWitness::of(Witness::ground);
   if (rule != CellRule::ground_not_seen) return {};
   const int x{static_cast<int>(std::floor(places.x_of(ix, iy)))};
   const int y{static_cast<int>(std::floor(places.y_of(ix, iy)))};
-  if (witness_.remembers(x, y)) return CellWitness{Witness::memory, witness_.age_s(x, y)};
+  if (witness_.has(x, y)) return CellWitness::of(Witness::memory, witness_.age_s(x, y));
   return {};
 }
 
@@ -198,10 +198,10 @@ void FrameTerrain::bound_unproved(bool is_usable, const std::function<bool(Point
     for (int ix{0}; ix < vehicle_grid_.nx; ++ix) {
       CellWitness witness{witness_of(ix, iy, places, is_usable)};
       if (witness.kind() != Witness::ground && claims_free && claims_free(vehicle_grid_.centre(ix, iy)))
-        witness = CellWitness{Witness::source};
+        witness = CellWitness::of(Witness::source);
       float& observed{result.observed(ix, iy)};
       if (!witness.allows_free()) {
-        if (observed < 0.5f) witness = CellWitness{Witness::passable};
+        if (observed < 0.5f) witness = CellWitness::of(Witness::passable);
         for (float* const occupancy : {&observed, &result.vehicle.occupancy(ix, iy)})
           *occupancy = std::max(*occupancy, 0.5f);
       }

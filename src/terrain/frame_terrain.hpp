@@ -17,7 +17,7 @@
 
 namespace stereogrid {
 
-/// Where and when a frame's terrain is found.
+/// Place and time of a frame's terrain.
 struct TerrainPlace {
   GridGeometry window;         ///< the filter's grid, world axes
   GridInVehicle window_cells;  ///< the window in the vehicle frame
@@ -91,7 +91,7 @@ class FrameTerrain {
   Terrain terrain_;
   LowObstacles low_obstacles_;
   GroundWitness witness_;
-  TerrainPlace place_{};  ///< of the last find()
+  TerrainPlace place_{};  ///< place of the last find()
   std::vector<EdgePoint> edges_;
   Image<CellRule> vehicle_rules_;
   Image<CellRule> window_rules_;

@@ -12,7 +12,7 @@
 
 namespace stereogrid {
 
-/// When the cells of the filter's window have last been seen as ground. What is seen against it ends that
+/// When the cells of the filter's window have last been seen as ground. Obstacles, drops and hidden ground end that
 /// (docs/terrain.md, "Free has a witness").
 class GroundWitness {
  public:
@@ -31,20 +31,20 @@ class GroundWitness {
   }
   /// Cells [begin, end) of a row.
   void see(int iy, int begin, int end) { std::fill(left_s_.row(iy) + begin, left_s_.row(iy) + end, memory_s_); }
-  void forget(int iy, int begin, int end) { std::fill(left_s_.row(iy) + begin, left_s_.row(iy) + end, 0.0f); }
+  void drop(int iy, int begin, int end) { std::fill(left_s_.row(iy) + begin, left_s_.row(iy) + end, 0.0f); }
   void reset() { left_s_.fill(0); }
   /// Cells outside the window have never been seen.
-  [[nodiscard]] bool remembers(int ix, int iy) const {
+  [[nodiscard]] bool has(int ix, int iy) const {
     return ix >= 0 && iy >= 0 && ix < left_s_.width() && iy < left_s_.height() && left_s_(ix, iy) > 0;
   }
-  /// Raises the cells of a row that are not remembered to ½.
+  /// Raises the cells of a row without a witness to ½.
   void bound(int iy, float* occupancy) const {
     const float* const left_s{left_s_.row(iy)};
     for (int i{0}; i < left_s_.width(); ++i) occupancy[i] = left_s[i] > 0 ? occupancy[i] : std::max(occupancy[i], 0.5f);
   }
   /// Seconds since the cell was seen; infinite: none that count.
   [[nodiscard]] float age_s(int ix, int iy) const {
-    return remembers(ix, iy) ? memory_s_ - left_s_(ix, iy) : std::numeric_limits<float>::infinity();
+    return has(ix, iy) ? memory_s_ - left_s_(ix, iy) : std::numeric_limits<float>::infinity();
   }
 
   template <class State>

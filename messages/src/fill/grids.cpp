@@ -153,7 +153,7 @@ void fill(grid_map_msgs::GridMap& message, const FrameResult& result) {
   }
   std::vector<float>& witnesses{cells_of_next("witness")};
   for_world_cells(result, result.witness, {}, [&](std::size_t i, CellWitness witness) {
-    witnesses[witnesses.size() - 1 - i] = static_cast<float>(witness.byte());
+    witnesses[witnesses.size() - 1 - i] = static_cast<float>(witness.byte);
   });
 }
 
@@ -188,7 +188,7 @@ void fill(foxglove_msgs::Grid& message, const FrameResult& result) {
     pack_hundredths(value, message.data.data() + packed_bytes * i + elevation_offset);
   });
   for_world_cells(result, result.witness, {}, [&](std::size_t i, CellWitness witness) {
-    message.data[packed_bytes * i + witness_offset] = witness.byte();
+    message.data[packed_bytes * i + witness_offset] = witness.byte;
   });
 }
 

@@ -241,13 +241,13 @@ TEST(Witness, FreeNeedsGroundSeenNowOrBefore) {
   FrameOf frame{ramp(5, 0)};
   const Image<float> nothing{frame.vehicle.rig.width_px, frame.vehicle.rig.height_px};
   EXPECT_EQ(frame.filtered_at(1), 0.5f) << "nearer than the image shows";
-  EXPECT_EQ(frame.witness_at(1), CellWitness{Witness::passable}) << "for rays";
+  EXPECT_EQ(frame.witness_at(1), CellWitness::of(Witness::passable)) << "for rays";
   EXPECT_EQ(frame.filtered_at(6), 0);
-  EXPECT_EQ(frame.witness_at(6), CellWitness{Witness::ground});
+  EXPECT_EQ(frame.witness_at(6), CellWitness::of(Witness::ground));
   frame.pose = {5, 0, 0};
   frame.see(nothing);
   EXPECT_EQ(frame.filtered_at(1), 0) << "6 m before";
-  EXPECT_EQ(frame.witness_at(1), (CellWitness{Witness::memory, 0.1f}));
+  EXPECT_EQ(frame.witness_at(1), CellWitness::of(Witness::memory, 0.1f));
   EXPECT_EQ(frame.result.observed(5, frame.vehicle.grid.ny / 2), 0) << "rays decide";
   EXPECT_EQ(frame.filtered_at(1, false), 0) << "also in a rejected frame";
   frame.see(nothing, FrameOf::config().vehicle.ground_memory_s);
@@ -277,19 +277,19 @@ TEST(Witness, MayBeAnotherSource) {
   FrameOf frame{ramp(5, 0)};
   const auto near = [](Point2 at) { return at.x < 2; };
   EXPECT_EQ(frame.filtered_at(1, true, near), 0);
-  EXPECT_EQ(frame.witness_at(1), CellWitness{Witness::source});
+  EXPECT_EQ(frame.witness_at(1), CellWitness::of(Witness::source));
   EXPECT_EQ(frame.filtered_at(1, false, near), 0) << "whatever becomes of the frame";
 }
 
 TEST(Witness, AgesInPowersOfTwo) {
   for (const auto& [age_s, up_to_s] :
        {std::pair{0.0f, 0.0f}, {0.01f, 0.125f}, {0.125f, 0.125f}, {0.13f, 0.25f}, {0.9f, 1.0f}, {9.0f, 16.0f}}) {
-    const CellWitness witness{Witness::memory, age_s};
+    const CellWitness witness{CellWitness::of(Witness::memory, age_s)};
     EXPECT_EQ(witness.age_s(), up_to_s) << age_s;
-    EXPECT_EQ(CellWitness{witness.byte()}, witness);
+    EXPECT_EQ(CellWitness{witness.byte}, witness);
     EXPECT_EQ(witness.kind(), Witness::memory);
   }
-  EXPECT_EQ((CellWitness{Witness::memory, 1e9f}).byte() >> 4, 15);
+  EXPECT_EQ((CellWitness::of(Witness::memory, 1e9f)).byte >> 4, 15);
 }
 
 // The plane around a cell follows slopes up to the limit, and their ends.
