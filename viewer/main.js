@@ -42,6 +42,7 @@ const table = new ObstacleTable(element('obstacles').tBodies[0], { onHover: high
 const status = new StatusPanel({
   chart: element('chart'), stageList: element('stages'), rate: element('rate'), dropped: element('dropped'),
   obstacles: element('count'), message: element('message'), latency: element('latency'),
+  speedLimit: element('speed-limit'),
 });
 const player = new Player({
   bar: element('player'), play: element('play'), back: element('back'), forward: element('forward'),

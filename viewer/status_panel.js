@@ -23,12 +23,14 @@ export class StatusPanel {
     this.#stamp = stamp;
     this.#remember({ stamp, total: Number(values.total_ms), latency: Number(values.latency_ms ?? NaN) });
     this.#showStages(values);
-    const { message: state, dropped, obstacles, latency } = this.elements;
+    const { message: state, dropped, obstacles, latency, speedLimit } = this.elements;
     state.textContent = message.status[0].message;
     dropped.textContent = values.dropped;
     obstacles.textContent = values.obstacles;
     const [median, p99] = [values.latency_median_ms, values.latency_p99_ms].map((ms) => Number(ms).toFixed(0));
     latency.textContent = values.latency_median_ms === undefined ? '–' : `${median} (99 %: ${p99})`;
+    const limit = values.speed_limit_mps;
+    speedLimit.textContent = limit === undefined ? '–' : `${Number(limit).toFixed(1)} (${values.speed_limit_reason})`;
     this.redraw();
   }
 

@@ -146,6 +146,8 @@ struct VehicleConfig {
   double height_m{1.8};
   double drop_slope_deg{6};
   double ground_memory_s{10};
+  double reaction_s{0.3};
+  double deceleration_mps2{2};
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
@@ -157,6 +159,8 @@ struct VehicleConfig {
           self.drop_slope_deg);
     visit({"ground_memory_s", "s", 0.1, 1000, "Time for which ground that was seen keeps a cell free."},
           self.ground_memory_s);
+    visit({"reaction_s", "s", 0, 10, "Time from a frame to the brakes; for the speed limit."}, self.reaction_s);
+    visit({"deceleration_mps2", "m/s2", 0.1, 20, "Deceleration of the brakes; likewise."}, self.deceleration_mps2);
   }
 };
 

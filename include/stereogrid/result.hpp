@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <initializer_list>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -79,6 +80,18 @@ constexpr std::array<std::string_view, 9> names_of(FrameStatus) {
   return std::ranges::find_first_of(status, wanted) != status.end();
 }
 
+/// Reason of FrameResult::speed_limit_mps: hazards that the frame could not show beyond a range.
+enum class SpeedReason {
+  none,      ///< no limit: ground.model is plane
+  noise,     ///< low obstacles and steps: their height is within the noise
+  ditches,   ///< the camera sees too few rows of the far wall
+  descents,  ///< a gap with lower ground behind it may be a slope
+  frame,     ///< the frame shows nothing: its grids are from memory
+};
+constexpr std::array<std::string_view, 5> names_of(SpeedReason) {
+  return {"none", "noise", "ditches", "descents", "frame"};
+}
+
 /// Message about a frame.
 struct Warning {
   std::string text;
@@ -98,9 +111,12 @@ struct FrameResult {
   Image<float> observed;       ///< P(T_X) of this frame alone, in the cells of `vehicle.geometry`
   Image<float>
       elevation_m;  ///< m above `ground` in the cells of `vehicle.geometry`, NaN = unseen; empty: ground.model plane
-  Image<float> elevation_sigma_m;       ///< standard deviation, NaN = unseen
-  Image<TerrainClass> terrain;          ///< class of the ground
-  Image<CellWitness> witness;           ///< evidence of free cells; empty: ground.model plane
+  Image<float> elevation_sigma_m;  ///< standard deviation, NaN = unseen
+  Image<TerrainClass> terrain;     ///< class of the ground
+  Image<CellWitness> witness;      ///< evidence of free cells; empty: ground.model plane
+  double speed_limit_mps{std::numeric_limits<double>::infinity()};  ///< a faster vehicle cannot stop within the range
+                                                                    ///< of hazards (docs/terrain.md)
+  SpeedReason speed_limit_reason{SpeedReason::none};
   GridLayers vehicle;                   ///< filtered, in the vehicle frame, corrected by `observed`; constant geometry
   GridLayers world;                     ///< filtered, world-aligned; its geometry moves with the vehicle in whole cells
   std::vector<Prediction> predictions;  ///< one for each of PipelineOptions::horizons_s

@@ -211,6 +211,15 @@ void bind_facts(nb::class_<Result>& result) {
       "obstacle_density", [](const Result& self) { return self.data.obstacle_density; }, "Share of the pixels.");
   result.def_prop_ro(
       "road_density", [](const Result& self) { return self.data.road_density; }, "Share of the pixels.");
+  result.def_prop_ro(
+      "speed_limit_mps", [](const Result& self) { return self.data.speed_limit_mps; },
+      "A faster vehicle cannot stop within the range of hazards; inf: ground.model is plane.");
+  result.def_prop_ro(
+      "speed_limit_reason",
+      [](const Result& self) {
+        return names_of(SpeedReason{})[static_cast<std::size_t>(self.data.speed_limit_reason)];
+      },
+      "\"none\", \"noise\", \"ditches\", \"descents\" or \"frame\".");
   result.def_prop_ro("timing_ms", &times_of, "Wall-clock times of the stages.");
   result.def_prop_ro(
       "status", [](const Result& self) { return self.data.status; }, "Flags to check before relying on the grids.");

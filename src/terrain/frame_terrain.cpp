@@ -41,6 +41,9 @@ bool is_ground(CellRule rule) {
   return rule == CellRule::as_observed || rule == CellRule::free;
 }
 
+/// Rows of a ditch's far wall that are needed to find it (5).
+constexpr double ditch_rows{6};
+
 template <class T>
 void fill_rows(Image<T>& image, int begin, int end, T value) {
   std::fill_n(image.row(begin), static_cast<std::size_t>(end - begin) * static_cast<std::size_t>(image.width()), value);
@@ -71,6 +74,7 @@ void clear_rows(FrameResult& result, int begin, int end) {
 FrameTerrain::FrameTerrain(const Rig& level_rig, const Config& config, const GridGeometry& vehicle_grid,
                            int window_cells)
     : vehicle_grid_{vehicle_grid},
+      vehicle_{config.vehicle},
       raised_m_{static_cast<float>(config.u_disparity.obstacle_min_height_m / 2)},
       terrain_{level_rig,
                limits_of(config),
@@ -162,6 +166,27 @@ void FrameTerrain::bound_filtered(bool is_usable, const std::function<bool(Point
   if (claims_free) see_claims(claims_free);
   bound_held(result);
   bound_unproved(is_usable, claims_free, result);
+  limit_speed(is_usable, result);
+}
+
+// Stopping takes v·t + v²/(2a). A ditch narrower than a passage is passed by.
+void FrameTerrain::limit_speed(bool is_usable, FrameResult& result) const {
+  const TerrainCamera& camera{terrain_.camera()};
+  const double ditch_m{passage_width * vehicle_.height_m};
+  struct Range {
+    double end_m;
+    SpeedReason reason;
+  };
+  Range range{std::min(
+      {Range{terrain_.checked_m(), SpeedReason::noise},
+       Range{std::sqrt(camera.focal_px * ditch_m * camera.height_m / ditch_rows), SpeedReason::ditches},
+       Range{camera.height_m / std::tan(vehicle_.drop_slope_deg * std::numbers::pi / 180), SpeedReason::descents}},
+      [](const Range& a, const Range& b) { return a.end_m < b.end_m; })};
+  if (!is_usable) range = {0, SpeedReason::frame};
+  const double reaction_mps{vehicle_.deceleration_mps2 * vehicle_.reaction_s};
+  result.speed_limit_mps =
+      std::sqrt(reaction_mps * reaction_mps + 2 * vehicle_.deceleration_mps2 * range.end_m) - reaction_mps;
+  result.speed_limit_reason = range.reason;
 }
 
 void FrameTerrain::see_ground() {

@@ -80,6 +80,7 @@ class FrameTerrain {
   void move(const TerrainPlace& place);
   void hold(Image<float>& occupancy);
   void bound_held(FrameResult& result) const;
+  void limit_speed(bool is_usable, FrameResult& result) const;
   void see_ground();
   void see_claims(const std::function<bool(Point2)>& claims_free);
   [[nodiscard]] CellWitness witness_of(int ix, int iy, const CellPlaces& places, bool is_usable) const;
@@ -87,6 +88,7 @@ class FrameTerrain {
   [[nodiscard]] CellPlaces vehicle_in_window() const;
 
   GridGeometry vehicle_grid_;
+  VehicleConfig vehicle_;
   float raised_m_;  ///< drivable ground higher than this looks like an obstacle to the plane
   Terrain terrain_;
   LowObstacles low_obstacles_;

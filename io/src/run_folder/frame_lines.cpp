@@ -279,6 +279,11 @@ std::string frame_line(const StereoFrame& frame, const FrameResult& result, cons
   for (const FrameStatus flag : result.status) status.push_back(names_of(flag)[static_cast<std::size_t>(flag)]);
   Json warnings(Json::array());
   for (const Warning& warning : result.warnings) warnings.push_back(warning.text);
+  Json speed_limit;
+  if (result.speed_limit_reason != SpeedReason::none) {
+    speed_limit = {{"mps", numbers.to_thousandths(result.speed_limit_mps)},
+                   {"reason", names_of(SpeedReason{})[static_cast<std::size_t>(result.speed_limit_reason)]}};
+  }
   const Json line{{"index", frame.index},
                   {"name", frame.name},
                   {"stamp_ns", frame.stamp_ns},
@@ -299,6 +304,7 @@ std::string frame_line(const StereoFrame& frame, const FrameResult& result, cons
                   {"density",
                    {{"obstacle", numbers.to_ten_thousandths(result.obstacle_density)},
                     {"road", numbers.to_ten_thousandths(result.road_density)}}},
+                  {"speed_limit", speed_limit},
                   {"obstacles", obstacles},
                   {"status", status},
                   {"warnings", warnings}};

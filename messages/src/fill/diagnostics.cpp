@@ -74,6 +74,9 @@ void add_scene(Values& values, const FrameResult& result) {
   values.add("obstacle_density", result.obstacle_density);
   values.add("road_density", result.road_density);
   values.add("obstacles", static_cast<std::int64_t>(result.obstacles.size()));
+  if (result.speed_limit_reason == SpeedReason::none) return;
+  values.add("speed_limit_mps", result.speed_limit_mps);
+  values.add("speed_limit_reason", names_of(SpeedReason{})[static_cast<std::size_t>(result.speed_limit_reason)]);
 }
 
 void write_states(std::string& text, const std::vector<FrameStatus>& states) {

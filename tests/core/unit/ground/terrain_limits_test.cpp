@@ -281,6 +281,21 @@ TEST(Witness, MayBeAnotherSource) {
   EXPECT_EQ(frame.filtered_at(1, false, near), 0) << "whatever becomes of the frame";
 }
 
+// Equations (5) and (7) of docs/terrain.md.
+TEST(SpeedLimit, StopsWithinTheRangeOfHazards) {
+  FrameOf frame{ramp(5, 0)};
+  const Rig& rig{frame.vehicle.rig};
+  const auto expect_range = [&](double range_m, SpeedReason reason) {
+    const double speed{frame.result.speed_limit_mps};
+    EXPECT_NEAR(speed * 0.3 + speed * speed / (2 * 2), range_m, 1e-3);
+    EXPECT_EQ(frame.result.speed_limit_reason, reason);
+  };
+  frame.filtered_at(6);
+  expect_range(std::sqrt(rig.focal_px * 0.4 * 1.8 * rig.camera_height_m / 6), SpeedReason::ditches);
+  frame.filtered_at(6, false);
+  expect_range(0, SpeedReason::frame);
+}
+
 TEST(Witness, AgesInPowersOfTwo) {
   for (const auto& [age_s, up_to_s] :
        {std::pair{0.0f, 0.0f}, {0.01f, 0.125f}, {0.125f, 0.125f}, {0.13f, 0.25f}, {0.9f, 1.0f}, {9.0f, 16.0f}}) {
