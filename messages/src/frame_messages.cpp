@@ -76,7 +76,7 @@ void check(const FrameResult& result) {
   for (const Image<float>* const layer : {&result.elevation_m, &result.elevation_sigma_m}) {
     if (!result.elevation_m.empty()) check_layer(result.vehicle.geometry, *layer);
   }
-  if (!result.elevation_m.empty()) check_layer(result.vehicle.geometry, result.witness);
+  if (!result.witness.empty()) check_layer(result.vehicle.geometry, result.witness);
   const GridLayers& world{result.world};
   for (const Image<float>* const layer :
        {&world.occupancy, &world.velocity_x, &world.velocity_y, &world.moving, &world.age_s}) {

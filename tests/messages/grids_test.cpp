@@ -104,6 +104,8 @@ FrameResult raised_result() {
   // cell (4, 3) of the vehicle's grid: 2.25 m ahead, 0.25 m to the left; (0.25, 3.25) in the world: cell (2, 2)
   result.elevation_m(4, 3) = -0.125f;
   result.elevation_sigma_m(4, 3) = 0.03125f;
+  result.witness = Image<CellWitness>{result.elevation_m.width(), result.elevation_m.height()};
+  result.witness(4, 3) = CellWitness::of(Witness::memory, 0.9f);
   return result;
 }
 
@@ -183,7 +185,7 @@ TEST(GridMapMessage, HasElevationsOfThisFrameInTheWorldsCells) {
   const FrameResult result{raised_result()};
   const auto map{sent_on<grid_map_msgs::GridMap>("/stereo_grid/grid_map", result)};
   EXPECT_THAT(map.layers, testing::ElementsAre("occupancy", "velocity_x", "velocity_y", "moving", "age", "elevation",
-                                               "elevation_sigma"));
+                                               "elevation_sigma", "witness"));
   const GridMapReader reader{map};
   for (std::uint32_t row{0}; row < 5; ++row) {
     for (std::uint32_t column{0}; column < 4; ++column) {
@@ -192,6 +194,7 @@ TEST(GridMapMessage, HasElevationsOfThisFrameInTheWorldsCells) {
       EXPECT_EQ(std::isnan(reader.at(5, row, column)), !is_raised);
       EXPECT_EQ(std::isnan(reader.at(6, row, column)), !is_raised);
       EXPECT_TRUE(std::isnan(reader.at(0, row, column)));  // not observed by the filter
+      EXPECT_EQ(reader.at(7, row, column), is_raised ? 0x43 : 0);
       if (!is_raised) continue;
       EXPECT_EQ(reader.at(5, row, column), -0.125f);
       EXPECT_EQ(reader.at(6, row, column), 0.03125f);
@@ -238,12 +241,13 @@ TEST(PackedGridMessage, HasElevationsIfTheResultHasThem) {
   result.elevation_m(7, 0) = 500;  // 3.75 m ahead, outside the world's grid
   result.elevation_m(4, 4) = 500;  // cell (1, 2)
   const auto grid{sent_on<foxglove_msgs::Grid>("/stereo_grid/packed_grid", result)};
-  EXPECT_EQ(grid.cell_stride, 9u);
-  EXPECT_EQ(grid.data.size(), 4u * 5u * 9u);
+  EXPECT_EQ(grid.cell_stride, 10u);
+  EXPECT_EQ(grid.data.size(), 4u * 5u * 10u);
   for (std::size_t iy{0}; iy < 4; ++iy) {
     for (std::size_t ix{0}; ix < 5; ++ix) {
       const bool is_high{iy == 2 && ix == 1};
       EXPECT_EQ(packed(grid, "elevation_cm", ix, iy), iy == 2 && ix == 2 ? -13 : is_high ? 32767 : -32768);
+      EXPECT_EQ(packed(grid, "witness", ix, iy), iy == 2 && ix == 2 ? 0x43 : 0);
       EXPECT_EQ(packed(grid, "age_ds", ix, iy), 255);
     }
   }

@@ -129,7 +129,8 @@ void fill(grid_map_msgs::GridMap& message, const FrameResult& result) {
       {{"elevation", &result.elevation_m}, {"elevation_sigma", &result.elevation_sigma_m}}};
   message.basic_layers.resize(1);
   message.basic_layers.front() = "occupancy";
-  const std::size_t layers{filtered.size() + (result.elevation_m.empty() ? 0 : observed.size() + 1)};
+  const std::size_t layers{filtered.size() + (result.elevation_m.empty() ? 0 : observed.size()) +
+                           (result.witness.empty() ? 0 : 1)};
   message.layers.resize(layers);
   message.data.resize(layers);
   std::size_t done{0};
@@ -145,12 +146,13 @@ void fill(grid_map_msgs::GridMap& message, const FrameResult& result) {
     std::transform(layer.cells->begin(), layer.cells->end(), grid.age_s.begin(), cells_of_next(layer.name).rbegin(),
                    [](float cell, float age_s) { return std::isinf(age_s) ? not_a_number : cell; });
   }
-  if (result.elevation_m.empty()) return;
   for (const Layer& layer : observed) {
+    if (layer.cells->empty()) continue;
     std::vector<float>& cells{cells_of_next(layer.name)};
     for_world_cells(result, *layer.cells, not_a_number,
                     [&](std::size_t i, float value) { cells[cells.size() - 1 - i] = value; });
   }
+  if (result.witness.empty()) return;
   std::vector<float>& witnesses{cells_of_next("witness")};
   for_world_cells(result, result.witness, {}, [&](std::size_t i, CellWitness witness) {
     witnesses[witnesses.size() - 1 - i] = static_cast<float>(witness.byte);
@@ -187,6 +189,7 @@ void fill(foxglove_msgs::Grid& message, const FrameResult& result) {
   for_world_cells(result, result.elevation_m, not_a_number, [&](std::size_t i, float value) {
     pack_hundredths(value, message.data.data() + packed_bytes * i + elevation_offset);
   });
+  if (result.witness.empty()) return;
   for_world_cells(result, result.witness, {}, [&](std::size_t i, CellWitness witness) {
     message.data[packed_bytes * i + witness_offset] = witness.byte;
   });

@@ -160,10 +160,11 @@ TEST_F(RunFiles, GridsHaveTheirShapes) {
   const auto world{json["world_grid"]["nx"].get<std::size_t>()};
   ASSERT_EQ(json["world_grid"]["ny"], world);
   const Arrays arrays{io::read_npz(run() / "grids" / "000002.npz")};
-  EXPECT_EQ(names_of(arrays),
-            (std::set<std::string>{"observed", "elevation_m", "elevation_sigma_m", "terrain", "occupancy", "moving",
-                                   "age_s", "velocity", "velocity_covariance", "world_occupancy", "world_moving",
-                                   "world_velocity", "world_velocity_covariance", "world_age_s", "world_origin"}));
+  EXPECT_EQ(
+      names_of(arrays),
+      (std::set<std::string>{"observed", "elevation_m", "elevation_sigma_m", "terrain", "witness", "occupancy",
+                             "moving", "age_s", "velocity", "velocity_covariance", "world_occupancy", "world_moving",
+                             "world_velocity", "world_velocity_covariance", "world_age_s", "world_origin"}));
   for (const char* name : {"observed", "occupancy", "age_s"}) {
     expect_array(arrays, name, io::DType::float32, {100, 80});
   }
