@@ -9,7 +9,7 @@ namespace stereogrid {
 
 /// Bytes that a part's buffers hold, the part itself not among them: of a structure what its memory_bytes() says, of a
 /// vector its room and what its elements hold, of an image its elements. Who adds a buffer to a structure adds it to
-/// its memory_bytes(); a test compares the sum with malloc (tests/core/memory/memory_test.cpp).
+/// its memory_bytes(); a test compares the sum with malloc (tests/core/memory/allocation_test.cpp).
 template <class Part>
 std::size_t memory_bytes(const Part& part) {
   using Element = std::remove_cvref_t<decltype(*part.data())>;

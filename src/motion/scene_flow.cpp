@@ -28,12 +28,12 @@ constexpr double information_u_min{8};
 constexpr double information_v_min{2};
 constexpr double range_max_m{40};
 constexpr double height_max_m{3};
-constexpr double nearest_m{1};
+constexpr double feature_nearest_m{1};
 constexpr float disparity_min_px{1};
 
 /// Smoothed patches have less noise than others.
 constexpr FindLimits find_limits{5, 0.15};
-constexpr double speed_max_mps{45};
+constexpr double feature_speed_max_mps{45};
 /// New points are searched as far as this speed takes them.
 constexpr double searched_speed_mps{10};
 constexpr int searched_columns_max{80};
@@ -147,7 +147,7 @@ bool SceneFlow::follow(int i, const FlowFrame& frame) {
   const Point2 last{point.latest[0].place};
   const Point2 at{inverse(frame.world_from_vehicle) *
                   Point2{last.x + point.velocity.x * frame.dt_s, last.y + point.velocity.y * frame.dt_s}};
-  if (at.x < nearest_m) return false;
+  if (at.x < feature_nearest_m) return false;
   const auto disparity = static_cast<float>(focal_baseline_pxm_ / at.x);
   // at the same height
   const auto centre_v = static_cast<float>(rig_.cy_px);
@@ -160,7 +160,7 @@ bool SceneFlow::follow(int i, const FlowFrame& frame) {
   const std::optional<float> found{disparity_of(point, patch, *left, disparity, frame)};
   if (!found || *found < disparity_min_px) return false;
   const Point2 place{frame.world_from_vehicle * in_vehicle(*left, *found)};
-  if (std::hypot(place.x - last.x, place.y - last.y) > speed_max_mps * frame.dt_s) return false;
+  if (std::hypot(place.x - last.x, place.y - last.y) > feature_speed_max_mps * frame.dt_s) return false;
   add_observation(point, *left, *found, place);
   return true;
 }
