@@ -17,7 +17,7 @@
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/io/rectifier.hpp"
 #include "stereogrid/io/text.hpp"
-#include "stereogrid/rosbag/recording.hpp"
+#include "stereogrid/rosbag/rosbag.hpp"
 #include "stereogrid/scenes/scene.hpp"
 
 namespace stereogrid::app {

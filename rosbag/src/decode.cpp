@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "stereogrid/rosbag/decode.hpp"
+#include "stereogrid/rosbag/rosbag.hpp"
 
 #include <cmath>
 

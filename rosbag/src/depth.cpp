@@ -15,7 +15,7 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"
-#include "stereogrid/rosbag/decode.hpp"
+#include "stereogrid/rosbag/rosbag.hpp"
 
 namespace stereogrid::rosbag {
 namespace {

@@ -10,7 +10,7 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/ros_image.hpp"
 #include "stereogrid/io/text.hpp"
-#include "stereogrid/rosbag/decode.hpp"
+#include "stereogrid/rosbag/rosbag.hpp"
 
 namespace stereogrid::rosbag {
 namespace {

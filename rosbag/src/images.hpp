@@ -11,7 +11,7 @@
 
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/mcap/bag.hpp"
-#include "stereogrid/rosbag/topics.hpp"
+#include "stereogrid/rosbag/rosbag.hpp"
 
 namespace stereogrid::rosbag {
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "stereogrid/rosbag/poses.hpp"
+#include "stereogrid/rosbag/rosbag.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -15,8 +15,6 @@
 #include "stereogrid/messages/cdr.hpp"
 #include "stereogrid/messages/geometry_msgs.hpp"
 #include "stereogrid/messages/nav_msgs.hpp"
-#include "stereogrid/rosbag/decode.hpp"
-#include "stereogrid/rosbag/topics.hpp"
 
 namespace stereogrid::rosbag {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "stereogrid/rosbag/recording.hpp"
+#include "stereogrid/rosbag/rosbag.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -17,9 +17,6 @@
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/messages/cdr.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"
-#include "stereogrid/rosbag/calibration.hpp"
-#include "stereogrid/rosbag/decode.hpp"
-#include "stereogrid/rosbag/poses.hpp"
 
 namespace stereogrid::rosbag {
 namespace {

@@ -7,8 +7,7 @@
 #include <vector>
 
 #include "stereogrid/io/calibration.hpp"
-#include "stereogrid/rosbag/calibration.hpp"
-#include "stereogrid/rosbag/topics.hpp"
+#include "stereogrid/rosbag/rosbag.hpp"
 
 namespace stereogrid::rosbag {
 

@@ -15,8 +15,7 @@
 #include "stereogrid/io/ros_image.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/messages/cdr.hpp"
-#include "stereogrid/rosbag/calibration.hpp"
-#include "stereogrid/rosbag/decode.hpp"
+#include "stereogrid/rosbag/rosbag.hpp"
 
 namespace stereogrid::app {
 namespace {

@@ -20,8 +20,7 @@
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/messages/cdr.hpp"
 #include "stereogrid/messages/nav_msgs.hpp"
-#include "stereogrid/rosbag/decode.hpp"
-#include "stereogrid/rosbag/poses.hpp"
+#include "stereogrid/rosbag/rosbag.hpp"
 
 namespace stereogrid::app {
 namespace {

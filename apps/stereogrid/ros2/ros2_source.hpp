@@ -8,7 +8,7 @@
 #include "ros2/transform_buffer.hpp"
 #include "stereogrid/capture/camera_pair.hpp"
 #include "stereogrid/dds/node.hpp"
-#include "stereogrid/rosbag/topics.hpp"
+#include "stereogrid/rosbag/rosbag.hpp"
 
 namespace stereogrid::app {
 

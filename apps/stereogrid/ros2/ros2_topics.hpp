@@ -15,7 +15,7 @@
 #include "stereogrid/dds/node.hpp"
 #include "stereogrid/io/calibration.hpp"
 #include "stereogrid/mcap/bag.hpp"
-#include "stereogrid/rosbag/topics.hpp"
+#include "stereogrid/rosbag/rosbag.hpp"
 
 namespace stereogrid::app {
 

@@ -14,7 +14,7 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/poses.hpp"
 #include "stereogrid/io/text.hpp"
-#include "stereogrid/rosbag/decode.hpp"
+#include "stereogrid/rosbag/rosbag.hpp"
 
 namespace stereogrid::app {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "stereogrid/mcap/bag.hpp"
-#include "stereogrid/rosbag/recording.hpp"
+#include "stereogrid/rosbag/rosbag.hpp"
 #include "targets.hpp"
 
 namespace stereogrid::fuzz {
