@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "chain_equality.hpp"
 #include "stereogrid/pipeline.hpp"
 #include "support.hpp"
 

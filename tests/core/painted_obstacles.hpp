@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "motion/scene_flow.hpp"
 #include "obstacles/segmentation/clusters.hpp"
 
 namespace stereogrid::test {
@@ -60,6 +61,20 @@ inline GridLayers still_world() {
   world.velocity_x = world.velocity_y = world.moving = Image<float>{150, 100};
   world.age_s = Image<float>{150, 100, 0.0f};
   return world;
+}
+
+inline FlowVector vector_at(Point2 place, Point2 velocity, double sigma_mps = 0.5) {
+  const double variance{sigma_mps * sigma_mps};
+  return {place, {0.01, 0, 0.01}, velocity, {variance, 0, variance}};
+}
+
+/// Finds the clusters of a frame as FramePipeline does.
+template <class ForRanges>
+void find_clusters(View<const float> obstacle, const Ground& ground, const GridLayers& world,
+                   const Pose2& world_from_vehicle, const std::vector<FlowVector>& vectors, const ForRanges& for_ranges,
+                   ClusterWorkspace& space) {
+  find_segments(obstacle, ground, {}, world_from_vehicle, vectors, for_ranges, space);
+  make_clusters(world, world_from_vehicle, vectors, {}, space);
 }
 
 }  // namespace stereogrid::test

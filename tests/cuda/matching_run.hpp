@@ -11,6 +11,7 @@
 
 #include "backend/reference.hpp"
 #include "check.hpp"
+#include "images.hpp"
 #include "matching/checks/external.hpp"
 #include "matching/cuda.hpp"
 #include "matching/matching.hpp"
@@ -85,21 +86,6 @@ class ReferenceRun final : public CandidateSink {
   Image<Candidate> level;
 };
 
-template <class T>
-Image<T> fetched(Cuda& cuda, const DeviceImage<T>& image) {
-  Image<T> copy{image.width(), image.height()};
-  download(cuda, image.data(), image.size(), copy.data());
-  cuda.synchronize();
-  return copy;
-}
-
-template <class T>
-int differences(const Image<T>& a, const Image<T>& b) {
-  int different{0};
-  for (std::size_t i{0}; i < a.size(); ++i) different += a.data()[i] == b.data()[i] ? 0 : 1;
-  return different;
-}
-
 inline int differences(const Image<Candidate>& expected, const Image<FoundLabel>& found, Shifts shifts) {
   int different{0};
   for (std::size_t i{0}; i < expected.size(); ++i) {
@@ -113,12 +99,12 @@ inline int differences(const Image<Candidate>& expected, const Image<FoundLabel>
 }
 
 inline void check_same(const Matches& expected, Cuda& cuda, const DeviceMatches& found) {
-  const Image<float> obstacle{fetched(cuda, found.obstacle)};
+  const Image<float> obstacle{on_host(cuda, found.obstacle)};
   CHECK_EQUAL(differences(expected.obstacle, obstacle), 0);
   CHECK(std::equal(expected.obstacle.begin(), expected.obstacle.end(), obstacle.begin(),
                    [](float a, float b) { return is_ambiguous(a) == is_ambiguous(b); }));
-  CHECK_EQUAL(differences(expected.road, fetched(cuda, found.road)), 0);
-  CHECK_EQUAL(differences(expected.confidence, fetched(cuda, found.confidence)), 0);
+  CHECK_EQUAL(differences(expected.road, on_host(cuda, found.road)), 0);
+  CHECK_EQUAL(differences(expected.confidence, on_host(cuda, found.confidence)), 0);
 }
 
 class DeviceRun {
@@ -143,8 +129,8 @@ class DeviceRun {
   void match_all() { match(cuda_, left_.view(), right_.view(), plane_.data(), config_, space_, matches_); }
 
   void check_candidates(const ReferenceRun& expected) {
-    CHECK_EQUAL(differences(expected.upright, fetched(cuda_, space_.upright), upright_shifts(config_)), 0);
-    CHECK_EQUAL(differences(expected.level, fetched(cuda_, space_.level), road_shifts), 0);
+    CHECK_EQUAL(differences(expected.upright, on_host(cuda_, space_.upright), upright_shifts(config_)), 0);
+    CHECK_EQUAL(differences(expected.level, on_host(cuda_, space_.level), road_shifts), 0);
   }
 
   void check_matches(const ReferenceRun& expected) { check_same(expected.matches, cuda_, matches_); }
@@ -172,12 +158,6 @@ inline void check_equal(const Pair& pair, const RoadPlane& plane, const Matching
               config.disparities);
 }
 
-template <class T>
-void put(Cuda& cuda, const Image<T>& image, DeviceImage<T>& to) {
-  upload(cuda, image.data(), image.size(), to.data());
-  cuda.synchronize();
-}
-
 /// Random obstacles and road, of disparities that often continue their neighbours'.
 inline void check_speckles(Size size, int blank_percent, int speckle_px) {
   std::mt19937 generator{static_cast<unsigned>(blank_percent + speckle_px)};
@@ -190,9 +170,9 @@ inline void check_speckles(Size size, int blank_percent, int speckle_px) {
   }
   Cuda cuda;
   DeviceMatches found{size.width, size.height};
-  put(cuda, expected.obstacle, found.obstacle);
-  put(cuda, expected.road, found.road);
-  put(cuda, expected.confidence, found.confidence);
+  found.obstacle = on_device(cuda, expected.obstacle);
+  found.road = on_device(cuda, expected.road);
+  found.confidence = on_device(cuda, expected.confidence);
   DeviceImage<int> parents{size.width, size.height};
   DeviceImage<int> sizes{size.width, size.height};
   const SpeckleSizes smallest{speckle_px, 2 * speckle_px};
@@ -214,25 +194,22 @@ inline void check_given(const Rig& rig, const Ground& ground) {
     }
   }
   Cuda cuda;
-  DeviceImage<float> given{rig.width_px, rig.height_px};
-  put(cuda, disparity, given);
-  DeviceBuffer<Ground> on_device{1};
-  upload(cuda, &ground, 1, on_device.data());
+  const DeviceImage<float> given{on_device(cuda, disparity)};
+  const DeviceBuffer<Ground> ground_on_device{one_on_device(cuda, ground)};
   Matches expected{rig.width_px, rig.height_px};
   DeviceMatches found{rig.width_px, rig.height_px};
-  put(cuda, expected.confidence, found.confidence);
+  found.confidence = on_device(cuda, expected.confidence);
   Reference reference;
   split(reference, disparity.view(), rig, ground, config, expected);
-  split(cuda, given.view(), rig, on_device.data(), config, found);
+  split(cuda, given.view(), rig, ground_on_device.data(), config, found);
   check_same(expected, cuda, found);
   Image<std::int16_t> rows{2 * config.disparities, relief_sectors(rig.width_px)};
   for (std::int16_t& raised : rows) raised = static_cast<std::int16_t>(uniform(generator, 9) - 4);
-  DeviceImage<std::int16_t> rows_on_device{rows.width(), rows.height()};
-  put(cuda, rows, rows_on_device);
-  const Relief<Device> relief{std::as_const(rows_on_device).view()};
+  const DeviceImage<std::int16_t> rows_on_device{on_device(cuda, rows)};
+  const Relief<Device> relief{rows_on_device.view()};
   Image<float> heights{rig.width_px, rig.height_px};
   split_surfaces(reference, disparity.view(), rig, ground, {std::as_const(rows).view()}, config, heights, expected);
-  split_surfaces(cuda, given.view(), rig, on_device.data(), relief, config, found);
+  split_surfaces(cuda, given.view(), rig, ground_on_device.data(), relief, config, found);
   check_same(expected, cuda, found);
 }
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "../../core/bonnet.hpp"
+#include "../../core/support.hpp"
 #include "stereogrid/io/image_file.hpp"
 #include "support.hpp"
 

@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "bonnet.hpp"
 #include "chain_run.hpp"
 #include "geometry/road_plane.hpp"
 #include "matching/matching.hpp"

@@ -9,7 +9,6 @@
 #include <optional>
 #include <string>
 
-#include "bonnet.hpp"
 #include "chain_run.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/level_mapping.hpp"
@@ -191,12 +190,7 @@ TEST(MaskChain, HoldsWhenAnotherMountingIsFound) {
 TEST(MaskChain, AMaskThatDoesNotFitIsRefused) {
   const Rig rig{Scene{scenes::parse_scene(street), 1}.rig()};
   const auto error_text = [&](Mask mask) {
-    try {
-      pipeline_of(rig, std::move(mask));
-    } catch (const ConfigError& error) {
-      return std::string{error.what()};
-    }
-    return std::string{};
+    return error_text_of<ConfigError>([&] { pipeline_of(rig, std::move(mask)); });
   };
   EXPECT_NE(error_text(Mask{160, 320, 1}).find("size"), std::string::npos);
   EXPECT_NE(error_text(Mask{320, 160, 0}).find("leaves no pixel"), std::string::npos);

@@ -31,12 +31,7 @@ std::vector<Entry> entries() {
 
 std::string message_of_set(std::string_view key, std::string_view text) {
   Config config;
-  try {
-    set(config, key, text);
-  } catch (const ConfigError& error) {
-    return error.what();
-  }
-  return "";
+  return error_text_of<ConfigError>([&] { set(config, key, text); });
 }
 
 bool mentions(const std::vector<std::string>& sentences, std::string_view words) {
@@ -106,12 +101,7 @@ TEST(Config, RobotPresetHasASmallFineGrid) {
 TEST(Config, PresetsAreFoundByName) {
   EXPECT_EQ(preset_names(), (std::vector<std::string>{"default", "robot", "paper"}));
   EXPECT_EQ(get(preset("default"), "grid.length_m"), "20");
-  try {
-    static_cast<void>(preset("papper"));
-    FAIL() << "took a preset that does not exist";
-  } catch (const ConfigError& error) {
-    EXPECT_NE(std::string{error.what()}.find("paper"), std::string::npos);
-  }
+  EXPECT_NE(error_text_of<ConfigError>([] { static_cast<void>(preset("papper")); }).find("paper"), std::string::npos);
 }
 
 // Values of one preset, written as text and read into the other preset, arrive unchanged.
@@ -289,6 +279,36 @@ TEST(Config, AListIsNumbersWithCommas) {
     EXPECT_THROW(set(config, "filter.speeds_mps", text), ConfigError) << text;
   }
   EXPECT_EQ(config.filter.speeds_mps.size(), 3u) << "unchanged";
+}
+
+// Texts of files, names and settings as they are.
+TEST(Errors, QuotedBytesArePrintable) {
+  EXPECT_STREQ(ConfigError{"a \xff\nb \x1b"}.what(), "a \\xFF\nb \\x1B") << "lines of a message stay";
+  EXPECT_STREQ(InputError{"a \xff\nb \x1b"}.what(), "a \\xFF\nb \\x1B");
+  EXPECT_STREQ(DeviceError{"a \xff\nb \x1b"}.what(), "a \\xFF\nb \\x1B");
+  const InputError error{"fi\xffle", "has 'a\nb'.", "Put \xfe right."};
+  EXPECT_STREQ(error.what(), "fi\\xFFle: has 'a\\x0Ab'. Put \\xFE right.");
+}
+
+TEST(Errors, MessagesAreOfBoundedLength) {
+  const std::string lines(1'000'000, '\n');
+  const std::string file(4'000, 'f');
+  for (const std::string& longest : {lines, std::string(1'000'000, '\xff')}) {
+    EXPECT_LT(std::string{ConfigError{longest}.what()}.size(), 17'000U);
+    EXPECT_LT(std::string{InputError{longest}.what()}.size(), 17'000U);
+    EXPECT_LT(std::string{DeviceError{longest}.what()}.size(), 17'000U);
+    const std::string message{InputError{file, longest, longest}.what()};
+    EXPECT_LT(message.size(), 9'000U);
+    EXPECT_EQ(message.rfind(file + ": ", 0), 0U) << "paths are never shortened";
+  }
+}
+
+TEST(Errors, SettingsAreQuotedPrintable) {
+  Config config;
+  for (const char* const key : {"no\xff", "grid.length_m", "ground.estimate", "ground.model"}) {
+    const std::string text{error_text_of<ConfigError>([&] { set(config, key, "\xff"); })};
+    EXPECT_NE(text.find("\\xFF"), std::string::npos) << key << ": " << text;
+  }
 }
 
 }  // namespace

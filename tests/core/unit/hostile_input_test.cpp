@@ -26,17 +26,6 @@ constexpr double infinity{std::numeric_limits<double>::infinity()};
 constexpr double nan{std::numeric_limits<double>::quiet_NaN()};
 constexpr std::int64_t frame_ns{100'000'000};
 
-template <class Error, class Action>
-std::string error_text_of(const Action& action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  ADD_FAILURE() << "accepted";
-  return {};
-}
-
 class HostileInput : public ::testing::TestWithParam<BackEnd> {
  protected:
   Wall wall_{GetParam()};

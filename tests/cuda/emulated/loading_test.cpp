@@ -125,12 +125,9 @@ TEST_F(CudaLoading, FillsResultsOfTheCallers) {
 TEST_F(CudaLoading, AGpuThatThereIsNot) {
   use_library(EMULATED_LIBRARY);
   const PipelineOptions second{.back_end = BackEnd::cuda, .device = 1};
-  try {
-    const Pipeline pipeline{small_config(), small_rig(), second};
-    FAIL() << "accepted";
-  } catch (const DeviceError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("There is no GPU 1 on this machine: there are 1, counted from 0."));
-  }
+  EXPECT_THAT([&] { Pipeline(small_config(), small_rig(), second); },
+              ::testing::ThrowsMessage<DeviceError>(
+                  HasSubstr("There is no GPU 1 on this machine: there are 1, counted from 0.")));
   const Pipeline on_cpu{small_config(), small_rig(), {.back_end = BackEnd::automatic, .device = 1}};
   EXPECT_THAT(on_cpu.why_not_cuda(), HasSubstr("no GPU 1"));
 }

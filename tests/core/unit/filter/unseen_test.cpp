@@ -14,7 +14,6 @@
 
 #include "backend/cpu.hpp"
 #include "backend/reference.hpp"
-#include "chain_equality.hpp"
 #include "filter_run.hpp"
 #include "observation/rays/hidden.hpp"
 #include "observation/rays/rays.hpp"

@@ -176,12 +176,7 @@ TEST(Fusion, ThePipelineRefusesGridsThatCannotBe) {
   const auto error_text = [&](const ObservedGrid& grid) {
     StereoFrame frame{grey_frame()};
     frame.other_grids = {saying(0.5f), grid};
-    try {
-      (void)pipeline.process(frame);
-    } catch (const InputError& error) {
-      return std::string{error.what()};
-    }
-    return std::string{};
+    return test::error_text_of<InputError>([&] { pipeline.process(frame); });
   };
   constexpr float nan{std::numeric_limits<float>::quiet_NaN()};
   EXPECT_NE(error_text(saying(nan)).find("not probabilities"), std::string::npos);

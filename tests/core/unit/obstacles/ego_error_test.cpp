@@ -6,7 +6,6 @@
 
 #include <vector>
 
-#include "flow_vectors.hpp"
 #include "painted_obstacles.hpp"
 
 namespace stereogrid::test {

@@ -10,7 +10,6 @@
 #include <utility>
 #include <vector>
 
-#include "flow_vectors.hpp"
 #include "painted_obstacles.hpp"
 #include "support.hpp"
 

@@ -1,15 +1,134 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
+#include <cmath>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "backend/reference.hpp"
 #include "check.hpp"
+#include "fusion/cuda.hpp"
+#include "fusion/fusion.hpp"
 #include "images.hpp"
+#include "observation/projection/cuda.hpp"
+#include "observation/rays/cuda.hpp"
+#include "observation/rays/rays.hpp"
 #include "observation/u_disparity/cuda.hpp"
 
 namespace stereogrid::test {
 namespace {
+
+void check_projection(const Rig& rig, const Image<float>& occupancy, const GridInVehicle& grid) {
+  Cuda cuda;
+  Reference reference;
+  const BinGeometry bins{rig};
+  const DeviceImage<float> plane{on_device(cuda, occupancy)};
+  const DeviceBuffer<GridInVehicle> place{one_on_device(cuda, grid)};
+  ProjectionWorkspace unused{occupancy.width(), occupancy.height()};
+  Image<float> expected{grid.grid.nx, grid.grid.ny};
+  project(reference, occupancy.view(), bins, grid, unused, expected.view());
+  ProjectionOnDevice space{occupancy.width(), occupancy.height()};
+  DeviceImage<float> cells{grid.grid.nx, grid.grid.ny};
+  find_largest(cuda, plane.view(), space);
+  project(cuda, plane.view(), bins, place.data(), space, cells.view());
+  CHECK_EQUAL(differences(on_host(cuda, cells), expected), 0);
+}
+
+TEST(cells_are_those_of_the_reference) {
+  Random random{21};
+  for (int round{0}; round < 12; ++round) {
+    const int width{random.whole(1, 90)};
+    const Rig rig{width, 60, random.between(40, 300), random.between(-5, width + 5.0), 30, random.between(0.1, 0.6)};
+    const GridGeometry grid{random.between(-5, 5), random.between(-10, 0), random.between(0.1, 0.7),
+                            random.whole(1, 40), random.whole(1, 40)};
+    const Pose2 pose{random.between(-3, 6), random.between(-3, 3), round % 3 == 0 ? 0.0 : random.between(-3.1, 3.1)};
+    check_projection(rig, random.image(width, random.whole(2, 40), 0, 1), grid_in_vehicle(grid, pose));
+  }
+}
+
+TEST(cells_in_special_headings) {
+  Random random{23};
+  const Rig rig{101, 60, 100, 50, 30, 0.5};
+  const Image<float> occupancy{random.image(101, 30, 0, 1)};
+  for (const double yaw : {0.0, 1e-12, 1e-5, -2e-3, 0.7853981633974483, 1.5707963267948966, 1.57, 3.1}) {
+    check_projection(rig, occupancy, grid_in_vehicle({-6, -6, 0.5, 24, 25}, {0.25, -0.1, yaw}));
+  }
+}
+
+TEST(other_grids_are_fused_as_by_the_reference) {
+  Random random{25};
+  const Image<float> stereo{random.image(83, 71, 0, 1)};
+  const GridInVehicle grid{grid_in_vehicle({-4, -8, 0.2, 83, 71}, {1, -2, 0.3})};
+  const std::vector<ObservedGrid> two{{{-3, -5, 0.3, 40, 50}, random.image(40, 50, 0, 1), random.image(40, 50, 0, 1)},
+                                      {{2, 1, 0.11, 61, 33}, random.image(61, 33, 0, 1), {}}};
+  Cuda cuda;
+  Reference reference;
+  const DeviceBuffer<GridInVehicle> place{one_on_device(cuda, grid)};
+  OtherGridsOnDevice others;
+  const FusionConfig config{0.9};
+  for (const std::size_t count : {1u, 0u, 2u}) {
+    const std::span<const ObservedGrid> given{two.data(), count};
+    Image<float> expected{stereo};
+    fuse(reference, given, grid, config, expected.view());
+    others.take(cuda, given);
+    DeviceImage<float> cells{on_device(cuda, stereo)};
+    fuse(cuda, others, place.data(), config, cells.view());
+    CHECK_EQUAL(differences(on_host(cuda, cells), expected), 0);
+    CHECK_EQUAL(differences(expected, stereo) > 0, count > 0);
+  }
+}
+
+TEST(rays_are_those_of_the_reference) {
+  Random random{31};
+  for (int round{0}; round < 8; ++round) {
+    const int width{random.whole(1, 300)};
+    const int height{random.whole(1, 70)};
+    const int disparities{random.whole(2, 60)};
+    const Rig rig{width, height, random.between(40, 300), width / 2.0, random.between(0, 40), random.between(0.1, 0.6)};
+    const Ground ground{random.between(0.3, 3), random.between(-0.1, 0.1), random.between(-0.2, 0.2), true};
+    Matches matches{width, height};
+    for (int v{0}; v < height; ++v) {
+      for (int u{0}; u < width; ++u) {
+        const float d{static_cast<float>(random.between(0.1, disparities + 3.0))};
+        if (random.happens(0.6)) matches.obstacle(u, v) = ambiguous_px;
+        if (random.happens(0.3)) (random.happens(0.5) ? matches.road : matches.obstacle)(u, v) = d;
+      }
+    }
+    UDisparityConfig config;
+    config.follow_roll = round % 2 == 0;
+    Reference reference;
+    const bool has_relief{round % 3 == 0};
+    RayWorkspace expected{width, height, disparities, has_relief};
+    Image<std::int16_t> relief{2 * disparities, relief_sectors(width)};
+    for (std::int16_t& rows : relief) rows = static_cast<std::int16_t>(random.between(-height, height));
+    if (has_relief) expected.relief = {std::as_const(relief).view()};
+    count_rays(reference, matches, rig, ground, config, expected);
+    Cuda cuda;
+    const DeviceImage<float> obstacle{on_device(cuda, matches.obstacle)};
+    const DeviceImage<float> road{on_device(cuda, matches.road)};
+    const DeviceBuffer<Ground> plane{one_on_device(cuda, ground)};
+    RaysOnDevice space{width, height, disparities, has_relief};
+    if (has_relief) upload(cuda, relief.data(), relief.size(), space.relief.data());
+    for (int frame{0}; frame < 2; ++frame) {  // the second must not see the first
+      count_rays(cuda, {obstacle.view(), road.view()}, rig, plane.data(), config, space);
+    }
+    std::vector<PackedRays> sums(space.sums.size());
+    download(cuda, space.sums.data(), sums.size(), sums.data());
+    cuda.synchronize();
+    CHECK(std::equal(sums.begin(), sums.end(), expected.sums.begin(), expected.sums.end()));
+
+    const GridInVehicle grid{grid_in_vehicle({random.between(-5, 5), -4, 0.3, 37, 29},
+                                             {random.between(-3, 6), 1, random.between(-3.1, 3.1)})};
+    const DeviceBuffer<GridInVehicle> place{one_on_device(cuda, grid)};
+    expected.blur_px = static_cast<float>(random.between(0, 0.6));
+    const DeviceBuffer<float> blur_px{one_on_device(cuda, expected.blur_px)};
+    Image<float> cells{37, 29};
+    project_rays(reference, expected, BinGeometry{rig}, grid, cells.view());
+    DeviceImage<float> found{37, 29};
+    project_rays(cuda, space, BinGeometry{rig}, place.data(), blur_px.data(), found.view());
+    CHECK_EQUAL(differences(on_host(cuda, found), cells), 0);
+  }
+}
 
 struct Scene {
   Rig rig;
