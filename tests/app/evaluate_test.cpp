@@ -1,14 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include <fstream>
-
 #include "support.hpp"
 
 namespace stereogrid::app::testing {
 namespace {
-
-using ::testing::HasSubstr;
-using ::testing::Not;
 
 /// A run of a scene that is small enough for tests.
 void run_scene(const std::string& scene, const fs::path& out) {

@@ -3,10 +3,6 @@
 //
 // Exports equal the content of the run's folder. Maps are loaded by the rules of Nav2's map_server
 // (nav2_map_server/src/map_io.cpp).
-#include <cmath>
-#include <fstream>
-#include <sstream>
-
 #include "stereogrid/frame.hpp"
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/mcap/bag.hpp"
@@ -19,8 +15,6 @@ namespace stereogrid::app::testing {
 namespace {
 
 using messages::sensor_msgs::LaserScan;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
 using Row = std::map<std::string, std::string>;
 
 /// Splits fields without quotation marks.

@@ -2,23 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // --help, suggestions for misspelt words, completion.
-#include <algorithm>
-#include <fstream>
-#include <sstream>
-
 #include "support.hpp"
 
 namespace stereogrid::app::testing {
 namespace {
 
-using ::testing::AllOf;
-using ::testing::Contains;
-using ::testing::ElementsAre;
 using ::testing::Eq;
-using ::testing::HasSubstr;
 using ::testing::IsSupersetOf;
-using ::testing::Not;
-using ::testing::StartsWith;
 
 const std::vector<std::string> commands{"run",  "simulate", "evaluate", "export",    "info",
                                         "live", "view",     "config",   "completion"};

@@ -8,13 +8,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-#include <chrono>
-#include <fstream>
-#include <functional>
-#include <iterator>
 #include <regex>
-#include <sstream>
-#include <thread>
 
 #include "stereogrid/mcap/bag.hpp"
 #include "support.hpp"
@@ -23,8 +17,6 @@ namespace stereogrid::app::testing {
 namespace {
 
 using namespace std::chrono_literals;
-using ::testing::AllOf;
-using ::testing::HasSubstr;
 
 /// A socket of 127.0.0.1 at `port`, or any; -1: not to be had.
 int socket_at(std::uint16_t& port, int (*use)(int, const sockaddr*, socklen_t)) {

@@ -4,16 +4,11 @@
 // Options with values that make no sense, and signals that stop a run.
 #include <signal.h>
 
-#include <fstream>
-
 #include "stereogrid/io/image_file.hpp"
 #include "support.hpp"
 
 namespace stereogrid::app::testing {
 namespace {
-
-using ::testing::AllOf;
-using ::testing::HasSubstr;
 
 struct Refused {
   std::vector<std::string> words;

@@ -7,14 +7,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <chrono>
-#include <cstdlib>
-#include <fstream>
-#include <sstream>
-#include <thread>
-#include <utility>
-
 namespace stereogrid::app::testing {
 
 std::string quoted(const std::string& word) {

@@ -4,21 +4,17 @@
 
 #include <sys/types.h>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <chrono>
-#include <filesystem>
-#include <map>
 #include <nlohmann/json.hpp>
-#include <optional>
-#include <string>
-#include <vector>
 
+#include "../prelude.hpp"
 #include "../temporary_folder.hpp"
 #include "stereogrid/io/npz.hpp"
 
 namespace stereogrid::app::testing {
+
+using ::testing::AllOf, ::testing::Contains, ::testing::Each, ::testing::ElementsAre, ::testing::HasSubstr,
+    ::testing::IsEmpty, ::testing::Not, ::testing::Optional, ::testing::SizeIs, ::testing::StartsWith,
+    ::testing::ThrowsMessage;
 
 namespace fs = std::filesystem;
 using Json = nlohmann::json;

@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereogrid/capture/camera_pair.hpp"
 
-#include <thread>
-
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/rectifier.hpp"
 #include "support.hpp"

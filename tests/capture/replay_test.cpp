@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereogrid/capture/live_source.hpp"
 
-#include <thread>
-
 #include "stereogrid/error.hpp"
 #include "support.hpp"
 

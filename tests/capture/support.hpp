@@ -2,14 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <gmock/gmock.h>
-
-#include <cstdint>
-#include <functional>
-#include <optional>
-#include <string>
-#include <thread>
-
+#include "../prelude.hpp"
 #include "stereogrid/capture/camera_pair.hpp"
 
 namespace stereogrid::capture::testing {

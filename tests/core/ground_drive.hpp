@@ -2,15 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <utility>
-#include <vector>
-
 #include "backend/cpu.hpp"
 #include "images/levelling.hpp"
 #include "stereogrid/pipeline.hpp"

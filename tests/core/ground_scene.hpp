@@ -2,10 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
-#include <cmath>
-#include <vector>
-
 #include "ground/plane_evidence.hpp"
 #include "support.hpp"
 

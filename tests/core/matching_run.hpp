@@ -2,10 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <gtest/gtest.h>
-
-#include <vector>
-
 #include "backend/cpu.hpp"
 #include "backend/reference.hpp"
 #include "matching/matching.hpp"

@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "support.hpp"
 
-#include <cmath>
-
 namespace stereogrid::test {
 
 Rig small_kitti_rig() {

@@ -2,15 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <cstdint>
-#include <cstring>
-#include <random>
-#include <string>
-#include <vector>
-
+#include "../prelude.hpp"
 #include "stereogrid/camera.hpp"
 #include "stereogrid/frame.hpp"
 #include "stereogrid/image.hpp"

@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <vector>
-
 #include "obstacles/tracking/tracking.hpp"
 #include "painted_obstacles.hpp"
 #include "support.hpp"

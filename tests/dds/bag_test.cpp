@@ -2,14 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // A bag that is played to the network and recorded at the same time: both are the same.
-#include <cstdint>
-#include <filesystem>
-#include <sstream>
-#include <string>
-#include <vector>
-
-#include "../app/bags/bag_drive.hpp"
 #include "stereogrid/mcap/bag.hpp"
+#include "../app/bags/bag_drive.hpp"
 #include "stereogrid/messages/nav_msgs.hpp"
 #include "support.hpp"
 
@@ -18,8 +12,6 @@ namespace {
 
 using dds::testing::bare_peer;
 using dds::testing::Peer;
-using ::testing::Contains;
-using ::testing::SizeIs;
 
 /// As bare_peer prints it.
 std::string line_of(const messages::nav_msgs::OccupancyGrid& grid) {

@@ -2,14 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Depth and disparities from the network give the grids of the same recording as a bag.
-#include <algorithm>
-#include <chrono>
-#include <cstring>
-#include <map>
-#include <set>
-#include <thread>
-#include <utility>
-
 #include "../app/bags/depth_bags.hpp"
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/mcap/bag.hpp"
@@ -20,8 +12,6 @@ namespace stereogrid::app::testing {
 namespace {
 
 using dds::testing::Peer;
-using ::testing::AllOf;
-using ::testing::HasSubstr;
 using Entries = std::vector<Entry>;
 
 /// Messages of one instant: the first of each topic.

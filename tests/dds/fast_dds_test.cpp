@@ -2,10 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Peers of Fast DDS.
-#include <chrono>
-#include <mutex>
-#include <thread>
-
 #include "stereogrid/messages/cdr.hpp"
 #include "support.hpp"
 
@@ -13,10 +9,6 @@ namespace stereogrid::dds::testing {
 namespace {
 
 using messages::nav_msgs::OccupancyGrid;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::StartsWith;
 
 std::string fast_peer(const std::string& words) {
   return "exec timeout 60 " STEREOGRID_FAST_PEER " " + words;

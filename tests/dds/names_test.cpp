@@ -2,9 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "names.hpp"
 
-#include <cstdlib>
-#include <map>
-
 #include "../messages/random_filler.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/messages/definition.hpp"
@@ -12,10 +9,6 @@
 
 namespace stereogrid::dds::testing {
 namespace {
-
-using ::testing::AllOf;
-using ::testing::HasSubstr;
-using ::testing::ThrowsMessage;
 
 TEST(DdsNames, AreThoseOfRos) {
   EXPECT_EQ(dds_topic("/a/b"), "rt/a/b");

@@ -2,9 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Messages of other participants, received by the node.
-#include <atomic>
-#include <stdexcept>
-
 #include "stereogrid/messages/cdr.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"
 #include "support.hpp"
@@ -14,11 +11,6 @@ namespace {
 
 using messages::sensor_msgs::CameraInfo;
 using messages::sensor_msgs::Image;
-using ::testing::AllOf;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::SizeIs;
 
 const std::string grid_type{messages::nav_msgs::OccupancyGrid::type_name};
 

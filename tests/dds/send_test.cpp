@@ -4,21 +4,10 @@
 // Messages sent by the node, read by a bare DDS participant with its own types.
 #include <signal.h>
 
-#include <chrono>
-#include <cstdlib>
-#include <thread>
-
 #include "support.hpp"
 
 namespace stereogrid::dds::testing {
 namespace {
-
-using ::testing::AllOf;
-using ::testing::Contains;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::StartsWith;
 
 const std::string topic{"/stereo_grid/occupancy_grid"};
 

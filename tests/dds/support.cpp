@@ -8,13 +8,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <chrono>
-#include <cstddef>
-#include <cstring>
-#include <sstream>
-#include <stdexcept>
-#include <thread>
-
 #include "stereogrid/messages/cdr.hpp"
 #include "stereogrid/messages/definition.hpp"
 

@@ -2,20 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cstdio>
-#include <functional>
-#include <memory>
-#include <mutex>
-#include <string>
-#include <vector>
-
+#include "../prelude.hpp"
 #include "stereogrid/dds/node.hpp"
 #include "stereogrid/messages/nav_msgs.hpp"
 
 namespace stereogrid::dds::testing {
+
+using ::testing::AllOf, ::testing::Contains, ::testing::Each, ::testing::ElementsAre, ::testing::HasSubstr,
+    ::testing::IsEmpty, ::testing::Not, ::testing::Optional, ::testing::SizeIs, ::testing::StartsWith,
+    ::testing::ThrowsMessage;
 
 /// A program beside the test, whose output is read.
 class Peer {

@@ -2,10 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The program on the network: stereogrid run and live with --ros2, live ros2:/….
-#include <algorithm>
-#include <cstdlib>
-#include <filesystem>
-
 #include "stereogrid/messages/cdr.hpp"
 #include "stereogrid/messages/definition.hpp"
 #include "stereogrid/messages/geometry_msgs.hpp"
@@ -13,13 +9,6 @@
 
 namespace stereogrid::dds::testing {
 namespace {
-
-using ::testing::AllOf;
-using ::testing::Contains;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::Not;
-using ::testing::SizeIs;
 
 namespace fs = std::filesystem;
 

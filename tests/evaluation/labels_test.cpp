@@ -1,10 +1,5 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include <gmock/gmock.h>
-
-#include <algorithm>
-#include <cmath>
-
 #include "stereogrid/error.hpp"
 #include "support.hpp"
 

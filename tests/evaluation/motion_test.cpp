@@ -1,9 +1,5 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include <gmock/gmock.h>
-
-#include <cmath>
-
 #include "stereogrid/evaluation/motion.hpp"
 #include "support.hpp"
 

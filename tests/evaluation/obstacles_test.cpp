@@ -2,12 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereogrid/evaluation/obstacles.hpp"
 
-#include <gmock/gmock.h>
-
-#include <cmath>
-#include <numbers>
-#include <utility>
-
 #include "support.hpp"
 
 namespace stereogrid::evaluation::testing {

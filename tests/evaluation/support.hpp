@@ -2,11 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
-#include <cmath>
-#include <string>
-#include <vector>
-
+#include "../prelude.hpp"
 #include "stereogrid/evaluation/scores.hpp"
 
 namespace stereogrid::evaluation::testing {

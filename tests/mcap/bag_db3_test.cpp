@@ -1,7 +1,5 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include <iterator>
-
 #include "stereogrid/io/file.hpp"
 #include "support.hpp"
 

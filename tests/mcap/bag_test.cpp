@@ -4,8 +4,6 @@
 
 #include <zstd.h>
 
-#include <chrono>
-
 #include "bag/bags.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/mcap/reader.hpp"

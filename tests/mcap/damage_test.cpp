@@ -4,8 +4,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <thread>
-
 #include "stereogrid/io/file.hpp"
 #include "support.hpp"
 

@@ -4,10 +4,7 @@
 
 #include <zlib.h>
 
-#include <algorithm>
-#include <map>
 #include <ostream>
-#include <random>
 
 namespace stereogrid::mcap::testing {
 

@@ -4,17 +4,8 @@
 
 #include <sqlite3.h>
 
-#include <cstdint>
-#include <filesystem>
-#include <string>
-#include <string_view>
-#include <tuple>
-#include <utility>
-#include <vector>
-
-#include <gmock/gmock.h>
-
 #include "../io/support.hpp"
+#include "../prelude.hpp"
 #include "stereogrid/mcap/bag.hpp"
 #include "stereogrid/mcap/reader.hpp"
 #include "stereogrid/mcap/writer.hpp"

@@ -3,15 +3,7 @@
 //
 // A round robot that finds its way through the scene "corridor" on the published grids: costs by Nav2's rules
 // (ros2/planners), A*, and a controller that follows the path. The scene is rendered from where the robot is.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
-#include <limits>
 #include <queue>
-#include <string>
-#include <vector>
 
 #include "stereogrid/messages/nav_msgs.hpp"
 #include "stereogrid/pipeline.hpp"

@@ -2,11 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Occupancy grids and the grid map: which value lands where, seen as a reader does.
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <numbers>
-
 #include "stereogrid/error.hpp"
 #include "stereogrid/messages/foxglove_msgs.hpp"
 #include "stereogrid/messages/nav_msgs.hpp"

@@ -3,12 +3,6 @@
 //
 // Disparities, points and images. The scan, on the rules of REP 117: a number for an obstacle, +inf for free, NaN for
 // unknown.
-#include <array>
-#include <cmath>
-#include <cstring>
-#include <limits>
-#include <numbers>
-
 #include "stereogrid/error.hpp"
 #include "stereogrid/level_mapping.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"

@@ -2,11 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Transforms and odometry.
-#include <array>
-#include <cmath>
-#include <limits>
-#include <numbers>
-
 #include "stereogrid/level_mapping.hpp"
 #include "stereogrid/messages/geometry_msgs.hpp"
 #include "stereogrid/messages/nav_msgs.hpp"

@@ -2,11 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Obstacles and their markers, in the world's frame while results are in the vehicle's.
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <numbers>
-
 #include "stereogrid/messages/definition.hpp"
 #include "stereogrid/messages/nav_msgs.hpp"
 #include "stereogrid/messages/vision_msgs.hpp"

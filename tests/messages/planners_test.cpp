@@ -5,12 +5,6 @@
 // nav2_costmap_2d/plugins/{static_layer,obstacle_layer}.cpp, Autoware's cost_value.hpp.
 #include <yaml-cpp/yaml.h>
 
-#include <algorithm>
-#include <cmath>
-#include <map>
-#include <optional>
-#include <string>
-
 #include "stereogrid/messages/nav_msgs.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"
 #include "stereogrid/occupancy_values.hpp"

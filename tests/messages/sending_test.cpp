@@ -2,12 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Selection of messages and their receivers.
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <map>
-#include <string>
-
 #include "stereogrid/error.hpp"
 #include "stereogrid/messages/nav_msgs.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"

@@ -2,9 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "support.hpp"
 
-#include <algorithm>
-#include <limits>
-
 namespace stereogrid::messages::test {
 
 std::uint32_t Recorder::add(const Channel& channel) {

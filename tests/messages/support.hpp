@@ -2,15 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cstddef>
-#include <cstdint>
-#include <set>
-#include <string>
-#include <vector>
-
+#include "../prelude.hpp"
 #include "stereogrid/messages/cdr.hpp"
 #include "stereogrid/messages/frame_messages.hpp"
 #include "stereogrid/messages/sink.hpp"

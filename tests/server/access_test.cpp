@@ -3,15 +3,12 @@
 // Who may ask: Host, Origin, token.
 #include "http/site.hpp"
 
-#include <gmock/gmock.h>
-
 #include "stereogrid/error.hpp"
 #include "support.hpp"
 
 namespace stereogrid::server::testing {
 namespace {
 
-using ::testing::HasSubstr;
 using ::testing::MatchesRegex;
 
 ServerOptions with_page() {

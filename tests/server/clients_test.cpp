@@ -1,20 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 // Many clients, slow ones, and the end.
-#include <gmock/gmock.h>
-
-#include <atomic>
-#include <fstream>
-#include <thread>
-
 #include "stereogrid/error.hpp"
 #include "support.hpp"
 
 namespace stereogrid::server::testing {
 namespace {
-
-using ::testing::HasSubstr;
-using ::testing::ThrowsMessage;
 
 constexpr std::size_t grid_bytes{400 * 400};
 

@@ -1,19 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 // Clients that do what they should not, or nothing at all.
-#include <gmock/gmock.h>
-
-#include <random>
-
 #include "foxglove/protocol.hpp"
 #include "stereogrid/error.hpp"
 #include "support.hpp"
 
 namespace stereogrid::server::testing {
 namespace {
-
-using ::testing::HasSubstr;
-using ::testing::StartsWith;
 
 /// Text messages and the answers to them.
 const std::vector<std::pair<std::string, std::string>> malformed{

@@ -1,6 +1,5 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include <gmock/gmock.h>
 #include <sys/stat.h>
 
 #include "http/message.hpp"
@@ -10,9 +9,6 @@
 
 namespace stereogrid::server::testing {
 namespace {
-
-using ::testing::HasSubstr;
-using ::testing::Not;
 
 struct HttpTest : ::testing::Test {
   HttpTest() {

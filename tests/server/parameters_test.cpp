@@ -1,18 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include <gmock/gmock.h>
-
-#include <limits>
-#include <mutex>
-
 #include "stereogrid/error.hpp"
 #include "support.hpp"
 
 namespace stereogrid::server::testing {
 namespace {
-
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 
 struct ParametersTest : ::testing::Test {
   ParametersTest() {

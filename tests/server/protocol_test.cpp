@@ -1,16 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 // The Foxglove protocol over a socket: handshake, each message.
-#include <gmock/gmock.h>
-
 #include "support.hpp"
 
 namespace stereogrid::server::testing {
 namespace {
 
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 using ::testing::UnorderedElementsAre;
 
 TEST(Handshake, ServerPicksASubprotocol) {

@@ -2,9 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "support.hpp"
 
-#include <stdexcept>
-#include <thread>
-
 namespace stereogrid::server::testing {
 namespace {
 

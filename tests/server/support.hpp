@@ -2,19 +2,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <chrono>
-#include <cstdint>
-#include <functional>
-#include <map>
 #include <nlohmann/json.hpp>
-#include <string>
-#include <string_view>
 
+#include "../prelude.hpp"
 #include "../temporary_folder.hpp"
 #include "stereogrid/server/server.hpp"
 
 // Clients of a socket of their own: nothing here is made of what the server is made of.
 namespace stereogrid::server::testing {
+
+using ::testing::AllOf, ::testing::Contains, ::testing::Each, ::testing::ElementsAre, ::testing::HasSubstr,
+    ::testing::IsEmpty, ::testing::Not, ::testing::Optional, ::testing::SizeIs, ::testing::StartsWith,
+    ::testing::ThrowsMessage;
 
 using namespace std::chrono_literals;
 using Json = nlohmann::json;

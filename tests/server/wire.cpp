@@ -7,11 +7,6 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <array>
-#include <stdexcept>
-#include <utility>
-
 #include "support.hpp"
 
 namespace stereogrid::server::testing {

@@ -2,18 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Bags of depth cameras: images and depth or disparities of them.
-#include <algorithm>
-#include <cmath>
-#include <cstring>
-#include <utility>
-
 #include "depth_bags.hpp"
 #include "stereogrid/io/image_file.hpp"
 
 namespace stereogrid::app::testing {
 namespace {
-
-using ::testing::HasSubstr;
 
 class BagDepth : public DepthBags {
  protected:

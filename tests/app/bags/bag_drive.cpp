@@ -4,15 +4,11 @@
 
 #include <sqlite3.h>
 
-#include <fstream>
-
 #include "stereogrid/io/calibration.hpp"
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/mcap/writer.hpp"
 
 namespace stereogrid::app::testing {
-
-using ::testing::HasSubstr;
 
 void write_mcap(const fs::path& path, const std::vector<Entry>& entries) {
   mcap::Writer writer{path, {.chunk_bytes = 20'000}};

@@ -3,18 +3,10 @@
 //
 // Bags of ROS 2 as input: their faults are reported and the rest is used; images in the encodings of cameras give the
 // grid of grey images.
-#include <cmath>
-#include <fstream>
-#include <functional>
-#include <map>
-#include <utility>
-
 #include "bag_drive.hpp"
 
 namespace stereogrid::app::testing {
 namespace {
-
-using ::testing::HasSubstr;
 
 TEST_F(Bags, WhatIsWrongWithTheCalibrationIsNamed) {
   using Infos = std::function<void(CameraInfo&, CameraInfo&)>;

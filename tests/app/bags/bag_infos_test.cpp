@@ -7,10 +7,6 @@
 namespace stereogrid::app::testing {
 namespace {
 
-using ::testing::AllOf;
-using ::testing::HasSubstr;
-using ::testing::Not;
-
 class BagInfos : public Bags {
  protected:
   static std::vector<Entry> images() {

@@ -2,11 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Poses in bags that cannot be used: they are dropped, counted and reported.
-#include <cmath>
-#include <functional>
-#include <limits>
-#include <utility>
-
 #include "bag_drive.hpp"
 #include "stereogrid/messages/geometry_msgs.hpp"
 #include "stereogrid/messages/nav_msgs.hpp"
@@ -17,9 +12,6 @@ namespace {
 using messages::geometry_msgs::Quaternion;
 using messages::nav_msgs::Odometry;
 using messages::tf2_msgs::TFMessage;
-using ::testing::AllOf;
-using ::testing::HasSubstr;
-using ::testing::Not;
 
 constexpr double yaw_step_rad{0.02};
 constexpr double infinite{std::numeric_limits<double>::infinity()};

@@ -2,10 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Bags of ROS 2 as input: what a plain folder gives, they give, too.
-#include <cmath>
-#include <fstream>
-#include <utility>
-
 #include "bag_drive.hpp"
 #include "stereogrid/io/poses.hpp"
 #include "stereogrid/messages/geometry_msgs.hpp"
@@ -13,9 +9,6 @@
 
 namespace stereogrid::app::testing {
 namespace {
-
-using ::testing::HasSubstr;
-using ::testing::Not;
 
 TEST_F(Bags, ACameraInfoOfALargerImageIsScaled) {
   EXPECT_THAT(expect_plain(entries({.spoil_infos =

@@ -2,12 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cmath>
-#include <cstring>
-#include <limits>
-#include <string>
-#include <vector>
-
 #include "bag_drive.hpp"
 #include "stereogrid/io/calibration.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"

@@ -3,16 +3,11 @@
 //
 // Each query of a path of the input (stat, opendir, readdir and their like) fails once, as on a network file system
 // that is away for a moment: the exit code is 75, and nothing is taken for missing or of another kind.
-#include <fstream>
-#include <string>
-
 #include "bags/bag_drive.hpp"
 #include "support.hpp"
 
 namespace stereogrid::app::testing {
 namespace {
-
-using ::testing::HasSubstr;
 
 class Away : public Bags {
  protected:

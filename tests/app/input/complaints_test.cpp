@@ -1,13 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include <fstream>
-
 #include "support.hpp"
 
 namespace stereogrid::app::testing {
 namespace {
-
-using ::testing::HasSubstr;
 
 /// A simulated drive on the disk.
 void simulate(const fs::path& folder, const std::string& scene, const std::string& more) {

@@ -3,18 +3,12 @@
 #include <sys/stat.h>
 #include <sys/wait.h>
 
-#include <cstdlib>
-#include <fstream>
-#include <map>
-
 #include "support.hpp"
 
 // The tool names the file, the fault and the remedy for any content. It never ends with an internal error (70) or a
 // signal, and never hangs.
 namespace stereogrid::app::testing {
 namespace {
-
-using ::testing::HasSubstr;
 
 void put(const fs::path& path, const std::string& text) {
   std::ofstream{path, std::ios::binary} << text;

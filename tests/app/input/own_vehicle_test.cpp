@@ -2,9 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // info --propose-mask: finds the vehicle's own bonnet, and nothing that merely stands still.
-#include <string>
-#include <vector>
-
 #include "../../core/support.hpp"
 #include "stereogrid/io/image_file.hpp"
 #include "support.hpp"
@@ -13,7 +10,6 @@ namespace stereogrid::app::testing {
 namespace {
 
 using test::Bonnet;
-using ::testing::HasSubstr;
 
 constexpr int frames{36};
 constexpr int width{400};

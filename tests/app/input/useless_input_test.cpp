@@ -2,12 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Inputs that nothing can come of, and what `info` and `run` say about them.
-#include <algorithm>
-#include <cmath>
-#include <fstream>
-#include <functional>
 #include <regex>
-#include <utility>
 
 #include "stereogrid/io/image_file.hpp"
 #include "support.hpp"
@@ -15,10 +10,7 @@
 namespace stereogrid::app::testing {
 namespace {
 
-using ::testing::AllOf;
 using ::testing::AnyOf;
-using ::testing::HasSubstr;
-using ::testing::Not;
 using Grey = Image<std::uint8_t>;
 
 /// A simulated drive on the disk with a pitched camera.

@@ -6,23 +6,12 @@
 // run. The fast tests try some calls, those of EveryFault all of them.
 #include <signal.h>
 
-#include <algorithm>
-#include <chrono>
-#include <cstdlib>
-#include <fstream>
 #include <iostream>
-#include <map>
-#include <random>
-#include <thread>
 
 #include "support.hpp"
 
 namespace stereogrid::app::testing {
 namespace {
-
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::Not;
 
 constexpr std::size_t frames{10};
 

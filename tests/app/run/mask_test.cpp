@@ -2,16 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // --mask and the calibration's mask: what shows the vehicle itself is not used.
-#include <fstream>
-#include <string>
-
 #include "stereogrid/io/image_file.hpp"
 #include "support.hpp"
 
 namespace stereogrid::app::testing {
 namespace {
-
-using ::testing::HasSubstr;
 
 constexpr int masked_from{70};
 

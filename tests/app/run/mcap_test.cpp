@@ -4,11 +4,6 @@
 // Recordings equal the content of the run's folder.
 #include <signal.h>
 
-#include <algorithm>
-#include <chrono>
-#include <fstream>
-#include <thread>
-
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/mcap/bag.hpp"
 #include "stereogrid/messages/cdr.hpp"
@@ -21,9 +16,6 @@
 
 namespace stereogrid::app::testing {
 namespace {
-
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 
 /// The messages of a topic, decoded, and when they were logged.
 template <class M>

@@ -1,16 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include <fstream>
-
 #include "support.hpp"
 
 namespace stereogrid::app::testing {
 namespace {
-
-using ::testing::AllOf;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::Not;
 
 const char* const scene{"scene:street?width=256&height=160&frames=5"};
 

@@ -2,21 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <signal.h>
 
-#include <algorithm>
-#include <chrono>
-#include <fstream>
-#include <thread>
-#include <vector>
-
 #include "support.hpp"
 
 namespace stereogrid::app::testing {
 namespace {
-
-using ::testing::AllOf;
-using ::testing::Contains;
-using ::testing::HasSubstr;
-using ::testing::Not;
 
 std::vector<std::string> command(const fs::path& out, const std::string& frames, const std::string& more = "") {
   std::vector<std::string> words{"run", small_scene("street", "&frames=6"), "--out", out.string(), "--frames", frames};

@@ -2,18 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <signal.h>
 
-#include <algorithm>
-#include <cmath>
-#include <set>
-
 #include "stereogrid/io/image_file.hpp"
 #include "support.hpp"
 
 namespace stereogrid::app::testing {
 namespace {
 
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
 using Shape = std::vector<std::size_t>;
 
 std::set<std::string> keys_of(const Json& object) {

@@ -2,19 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Runs of which only a part is written: --every, --layers.
-#include <algorithm>
-#include <cmath>
-#include <fstream>
-#include <sstream>
-#include <string>
-
 #include "support.hpp"
 
 namespace stereogrid::app::testing {
 namespace {
-
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
 
 std::vector<std::string> street(const fs::path& out, const std::vector<std::string>& more) {
   std::vector<std::string> words{"run", "scene:street?frames=40&width=160&height=100", "--out", out.string()};

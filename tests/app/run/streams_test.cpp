@@ -7,15 +7,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <thread>
-
 #include "support.hpp"
 
 namespace stereogrid::app::testing {
 namespace {
-
-using ::testing::HasSubstr;
-using ::testing::StartsWith;
 
 const std::string tool{quoted(STEREOGRID_TOOL)};
 constexpr const char* full{"/dev/full"};

@@ -3,18 +3,11 @@
 //
 // Files that were listed and cannot be opened or read, as on a network file system that is away for a moment: exit code
 // 75, no frame is skipped, and --resume gives the bytes of a run that nothing disturbed.
-#include <fstream>
-#include <string>
-
 #include "bags/bag_drive.hpp"
 #include "support.hpp"
 
 namespace stereogrid::app::testing {
 namespace {
-
-using ::testing::AllOf;
-using ::testing::HasSubstr;
-using ::testing::Not;
 
 /// A drive of which a file can be away: a symbolic link whose target is missing.
 class Unavailable : public ::testing::Test {

@@ -2,17 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Pairs whose images differ: right cameras turned a little, and unequal exposures, whose saturated areas cannot match.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <functional>
-#include <string>
-#include <utility>
-#include <vector>
-
 #include "backend/reference.hpp"
 #include "chain_run.hpp"
 #include "images/row_alignment/row_alignment.hpp"

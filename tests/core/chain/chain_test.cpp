@@ -2,12 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The whole pipeline on scenes whose truth is known: would catch a wrong sign anywhere on the way.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <vector>
-
 #include "chain_run.hpp"
 #include "stereogrid/error.hpp"
 

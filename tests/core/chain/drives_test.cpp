@@ -2,14 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Real drives: the ground, what no frame has observed, and drops.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cstdlib>
-#include <filesystem>
-#include <memory>
-#include <string>
-
 #include "ground_drive.hpp"
 #include "never_observed.hpp"
 #include "stereogrid/io/recording.hpp"

@@ -2,16 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The whole pipeline on disparities that are given: those of scenes, which are exact.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <vector>
-
 #include "stereogrid/error.hpp"
 #include "stereogrid/pipeline.hpp"
 #include "stereogrid/scenes/scene.hpp"
+#include "support.hpp"
 
 namespace stereogrid {
 namespace {

@@ -2,13 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Wrong extrinsics in the rig: the pipeline estimates the right ones and continues as with given ones.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <string>
-#include <vector>
-
 #include "chain_run.hpp"
 #include "geometry/road_plane.hpp"
 #include "matching/matching.hpp"

@@ -3,12 +3,6 @@
 //
 // The ground of whole drives through scenes, whose road is flat and whose camera is where its rig says, level or
 // pitched.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <vector>
-
 #include "chain_run.hpp"
 #include "geometry/road_plane.hpp"
 #include "ground_drive.hpp"

@@ -3,13 +3,6 @@
 //
 // The paper's own case (figure 6): a person behind a crate, seen from the waist up, in the scene `occlusion`. Ground
 // that no frame has observed is unknown to the filter, too, except where a moving obstacle has driven into it.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <stdexcept>
-#include <string>
-
 #include "chain_run.hpp"
 #include "never_observed.hpp"
 

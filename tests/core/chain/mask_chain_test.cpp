@@ -2,13 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Pixels that show the vehicle itself, taken out of the whole pipeline by a mask.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <optional>
-#include <string>
-
 #include "chain_run.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/level_mapping.hpp"

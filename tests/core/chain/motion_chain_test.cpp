@@ -2,11 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Velocities from images, against the motion of rendered objects.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-
 #include "chain_run.hpp"
 #include "support.hpp"
 

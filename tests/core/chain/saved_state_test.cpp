@@ -3,8 +3,6 @@
 //
 // Equal to the bit: every back end and number of threads over whole drives, and a pipeline that loads the state of
 // another one.
-#include <thread>
-
 #include "chain_run.hpp"
 #include "stereogrid/error.hpp"
 

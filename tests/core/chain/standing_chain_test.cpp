@@ -2,11 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Vehicles that stand: repeated frames add nothing, and an obstacle that is too close stays.
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <utility>
-
 #include "chain_run.hpp"
 #include "layouts/layouts.hpp"
 #include "render/render.hpp"

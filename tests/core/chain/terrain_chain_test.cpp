@@ -3,13 +3,6 @@
 //
 // Given extrinsics before stairs, slopes, edges, docks, tables and pallets: they stay, and no grid is free beyond an
 // edge without a status.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <string>
-#include <utility>
-
 #include "chain_run.hpp"
 #include "support.hpp"
 

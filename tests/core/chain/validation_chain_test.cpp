@@ -4,14 +4,6 @@
 // Frames that cannot be relied on: pairs that do not belong together, cameras that are not mounted as assumed.
 #include "ground/frame_validator.hpp"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <functional>
-#include <string>
-#include <utility>
-#include <vector>
-
 #include "chain_run.hpp"
 #include "support.hpp"
 

@@ -1,10 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include <gtest/gtest.h>
-
-#include <algorithm>
 #include <iostream>
-#include <iterator>
 
 #include "matching_run.hpp"
 

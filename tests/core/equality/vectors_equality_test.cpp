@@ -3,20 +3,13 @@
 //
 // Patches, medians of sectors, places in the polar grid and evidence of velocities: vectors on every instruction set of
 // this machine against plain loops.
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <optional>
-#include <random>
-#include <utility>
-#include <vector>
-
 #include "backend/cpu.hpp"
 #include "backend/reference.hpp"
 #include "filter_run.hpp"
 #include "geometry/relief.hpp"
 #include "images/patch.hpp"
 #include "plain_places.hpp"
+#include "support.hpp"
 #include "targets.hpp"
 #include "terrain/medians.hpp"
 

@@ -2,13 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereogrid/config.hpp"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <set>
-#include <string>
-#include <type_traits>
-
 #include "stereogrid/error.hpp"
 #include "support.hpp"
 

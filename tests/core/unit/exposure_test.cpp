@@ -2,14 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereogrid/exposure.hpp"
 
-#include <gmock/gmock.h>
-
-#include <algorithm>
-#include <cmath>
-#include <cstdlib>
-#include <functional>
-#include <random>
-
 #include "support.hpp"
 
 namespace stereogrid::test {

@@ -2,13 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Clocks that leap, stand or step back: frames of a wall that stands 9 m ahead, with whatever stamps.
-#include <gmock/gmock.h>
-
-#include <algorithm>
-#include <cstdint>
-#include <limits>
-#include <utility>
-
 #include "hostile_run.hpp"
 #include "pipeline/frame_input.hpp"
 #include "stereogrid/error.hpp"

@@ -2,16 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Implausible numbers: in poses, disparities, other grids and arguments.
-#include <gmock/gmock.h>
-
-#include <algorithm>
-#include <atomic>
-#include <cmath>
-#include <limits>
-#include <stdexcept>
-#include <thread>
-#include <utility>
-
 #include "hostile_run.hpp"
 #include "stereogrid/error.hpp"
 #include "support.hpp"

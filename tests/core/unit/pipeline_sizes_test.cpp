@@ -2,12 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The whole pipeline on images smaller than its windows and narrower than its disparities.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <string>
-#include <utility>
-
 #include "stereogrid/error.hpp"
 #include "stereogrid/pipeline.hpp"
 #include "support.hpp"

@@ -2,12 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereogrid/pixel_view.hpp"
 
-#include <gtest/gtest.h>
-
-#include <array>
-#include <cstring>
-#include <vector>
-
 #include "stereogrid/error.hpp"
 #include "stereogrid/frame.hpp"
 #include "support.hpp"

@@ -2,11 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereogrid/points.hpp"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <limits>
-
 #include "clamped_to_int.hpp"
 #include "geometry/road_plane.hpp"
 #include "stereogrid/error.hpp"

@@ -2,12 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Results of the caller's own: nothing of them is read, and all of them is written.
-#include <gtest/gtest.h>
-
-#include <array>
-#include <cstdint>
 #include <new>
-#include <utility>
 
 #include "hostile_run.hpp"
 #include "pipeline/saved_state.hpp"

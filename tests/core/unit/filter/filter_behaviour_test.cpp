@@ -1,10 +1,5 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-
 #include "backend/cpu.hpp"
 #include "filter_run.hpp"
 #include "support.hpp"

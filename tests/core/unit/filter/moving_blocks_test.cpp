@@ -2,19 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Masses for each velocity are kept only where something moves (docs/method.md §8.7).
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstring>
-#include <random>
-#include <vector>
-
 #include "backend/cpu.hpp"
 #include "backend/reference.hpp"
 #include "filter_run.hpp"
 #include "pipeline/saved_state.hpp"
+#include "support.hpp"
 
 namespace stereogrid::test {
 namespace {

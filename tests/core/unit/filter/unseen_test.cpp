@@ -2,16 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Never observed cells and cells without rays are skipped (docs/method.md §8.7), with the results of the plain loops.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstring>
-#include <limits>
-#include <random>
-#include <vector>
-
 #include "backend/cpu.hpp"
 #include "backend/reference.hpp"
 #include "filter_run.hpp"

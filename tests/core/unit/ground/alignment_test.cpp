@@ -1,10 +1,5 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <random>
-
 #include "backend/cpu.hpp"
 #include "backend/reference.hpp"
 #include "images/row_alignment/row_alignment.hpp"

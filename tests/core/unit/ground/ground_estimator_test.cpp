@@ -4,11 +4,6 @@
 // The ground of made-up frames, as values.
 #include "ground/ground_estimator.hpp"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <string>
-
 #include "ground_scene.hpp"
 #include "pipeline/saved_state.hpp"
 

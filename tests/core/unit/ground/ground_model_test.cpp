@@ -3,10 +3,6 @@
 #include "geometry/road_plane.hpp"
 #include "ground/plane_numbers.hpp"
 
-#include <gtest/gtest.h>
-
-#include <array>
-
 #include "support.hpp"
 
 namespace stereogrid::test {

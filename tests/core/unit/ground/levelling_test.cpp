@@ -2,10 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "images/levelling.hpp"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-
 #include "backend/cpu.hpp"
 #include "matching/checks/mask.hpp"
 #include "stereogrid/level_mapping.hpp"

@@ -4,12 +4,6 @@
 // Evidence of ground planes in made-up disparities.
 #include "ground/plane_evidence.hpp"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <string>
-#include <vector>
-
 #include "ground_scene.hpp"
 
 namespace stereogrid::test {

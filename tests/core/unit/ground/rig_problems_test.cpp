@@ -2,10 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Rigs that no camera has: refused, or at least wondered at.
-#include <gmock/gmock.h>
-
-#include <limits>
-
 #include "hostile_run.hpp"
 #include "stereogrid/error.hpp"
 

@@ -2,16 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Comparison of neighbouring sectors' walks: passages between edges, confirmed edges, cells beside hidden ones.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <cstdlib>
-#include <vector>
-
 #include "ground/frame_validator.hpp"
 #include "ground/plane_numbers.hpp"
 #include "images/patch.hpp"
+#include "support.hpp"
 #include "terrain/walk.hpp"
 
 namespace stereogrid::test {

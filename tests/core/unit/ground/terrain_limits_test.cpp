@@ -2,14 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Limits of the terrain stage: rings, noise, missing samples, effect on the grids (docs/terrain.md).
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <functional>
-#include <utility>
-
 #include "filter/filter.hpp"
+#include "support.hpp"
 #include "terrain/frame_terrain.hpp"
 #include "terrain/rules.hpp"
 #include "terrain_walk.hpp"

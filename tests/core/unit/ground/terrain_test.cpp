@@ -2,12 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Walks over disparities that are computed from height profiles. A car's camera has f·b = 85 px·m, a robot's 37 px·m.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <string>
-
+#include "support.hpp"
 #include "terrain_walk.hpp"
 
 namespace stereogrid::test {

@@ -4,14 +4,7 @@
 // Trenches in disparities as a car's camera and a matcher with windows of nine rows see them (docs/terrain.md,
 // trenches).
 #include "terrain/trenches.hpp"
-
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <functional>
-#include <optional>
-#include <utility>
+#include "support.hpp"
 
 namespace stereogrid::test {
 namespace {

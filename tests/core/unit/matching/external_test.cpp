@@ -2,14 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "matching/checks/external.hpp"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <limits>
-#include <random>
-
 #include "backend/cpu.hpp"
 #include "backend/reference.hpp"
 #include "support.hpp"

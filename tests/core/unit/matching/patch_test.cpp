@@ -2,10 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "images/patch.hpp"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-
 #include "images/patch_formulas.hpp"
 #include "support.hpp"
 

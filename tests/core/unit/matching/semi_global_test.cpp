@@ -1,7 +1,5 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include <gtest/gtest.h>
-
 #include "matching/semi_global/semi_global.hpp"
 #include "matching_run.hpp"
 #include "support.hpp"

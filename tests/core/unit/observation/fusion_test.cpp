@@ -2,13 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fusion/fusion.hpp"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <limits>
-#include <optional>
-#include <vector>
-
 #include "backend/cpu.hpp"
 #include "backend/reference.hpp"
 #include "stereogrid/error.hpp"

@@ -2,11 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "observation/projection/projection.hpp"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-
 #include "backend/cpu.hpp"
 #include "backend/reference.hpp"
 #include "support.hpp"

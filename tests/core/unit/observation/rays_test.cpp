@@ -2,13 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "observation/rays/rays.hpp"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <utility>
-
 #include "backend/cpu.hpp"
 #include "backend/reference.hpp"
 #include "observation/rays/simd.hpp"

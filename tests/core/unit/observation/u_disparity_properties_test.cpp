@@ -1,7 +1,5 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include <gtest/gtest.h>
-
 #include "backend/cpu.hpp"
 #include "backend/reference.hpp"
 #include "observation/u_disparity/model.hpp"

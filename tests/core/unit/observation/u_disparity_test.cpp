@@ -2,13 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "observation/u_disparity/u_disparity.hpp"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <cstdlib>
-#include <numeric>
-
 #include "backend/reference.hpp"
 #include "observation/u_disparity/model.hpp"
 #include "support.hpp"

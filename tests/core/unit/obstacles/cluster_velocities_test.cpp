@@ -1,13 +1,5 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <tuple>
-#include <utility>
-#include <vector>
-
 #include "motion/velocity_evidence.hpp"
 #include "obstacles/tracking/tracking.hpp"
 #include "painted_obstacles.hpp"

@@ -2,12 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Edges of lower ground as obstacles, and lines through the sides of obstacles.
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <random>
-#include <vector>
-
 #include "obstacles/segmentation/side_fit.hpp"
 #include "tracked_blobs.hpp"
 

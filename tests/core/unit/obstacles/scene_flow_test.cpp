@@ -2,15 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "motion/scene_flow.hpp"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <functional>
-#include <numbers>
-#include <utility>
-#include <vector>
-
 #include "support.hpp"
 
 namespace stereogrid::test {

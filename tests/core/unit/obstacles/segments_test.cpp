@@ -2,14 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "obstacles/segmentation/segments.hpp"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <random>
-#include <utility>
-#include <vector>
-
 #include "painted_obstacles.hpp"
 #include "support.hpp"
 

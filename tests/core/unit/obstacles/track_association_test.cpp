@@ -2,10 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Association of clusters and tracks; merging of tracks.
-#include <gtest/gtest.h>
-
-#include <utility>
-
 #include "tracked_blobs.hpp"
 
 namespace stereogrid::test {

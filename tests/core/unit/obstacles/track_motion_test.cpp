@@ -2,11 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Whether tracks move, how they turn, and where their sides are.
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <utility>
-
 #include "tracked_blobs.hpp"
 
 namespace stereogrid::test {

@@ -2,12 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // When tracks begin, coast and end.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <limits>
-
 #include "backend/cpu.hpp"
 #include "filter_run.hpp"
 #include "stereogrid/error.hpp"

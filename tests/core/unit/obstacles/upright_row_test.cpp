@@ -2,15 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "obstacles/segmentation/upright_row.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cstddef>
-#include <random>
-#include <tuple>
-#include <vector>
-
+#include "support.hpp"
 #include "targets.hpp"
 
 namespace stereogrid::test {

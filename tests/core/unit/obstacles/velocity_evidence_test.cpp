@@ -1,15 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <span>
-#include <vector>
-
 #include "backend/cpu.hpp"
 #include "backend/reference.hpp"
 #include "filter_run.hpp"
+#include "support.hpp"
 
 namespace stereogrid::test {
 namespace {
