@@ -4,7 +4,7 @@
 #
 # Usage: scripts/fuzz.sh [SECONDS [NAME…]]
 #
-# Gives every fuzzer (or those named; tests/fuzz/targets.hpp lists them) its share of SECONDS, an hour by default, as many at
+# Gives every fuzzer (or those named; tests/fuzz/CMakeLists.txt lists them) its share of SECONDS, an hour by default, as many at
 # a time as there are processors; the pipeline's gets two shares. An input that takes 10 s or 2 GB is a finding. Continues
 # from the last run's corpus in build/fuzz/corpus. Findings go to build/fuzz/findings; exit status 1 where there are any.
 set -euo pipefail

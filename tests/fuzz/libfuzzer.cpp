@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include <cstddef>
-#include <cstdint>
+#include "support.hpp"
 
-#include "targets.hpp"
+namespace stereogrid::fuzz {
+void STEREOGRID_FUZZ_TARGET(Bytes input);
+}
 
 // An exception that leaves it is a finding to libFuzzer.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "stereogrid/io/file.hpp"
-#include "targets.hpp"
+#include "support.hpp"
 
 namespace {
 
@@ -44,10 +44,10 @@ bool passes(const Target& target, const fs::path& file) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const auto* const target{std::ranges::find_if(stereogrid::fuzz::targets, [&](const Target& known) {
-    return argc == 3 && std::string_view{known.name} == argv[2];
-  })};
-  if (target == std::end(stereogrid::fuzz::targets)) {
+  const std::vector<Target>& targets{stereogrid::fuzz::targets()};
+  const auto target{std::ranges::find_if(
+      targets, [&](const Target& known) { return argc == 3 && std::string_view{known.name} == argv[2]; })};
+  if (target == targets.end()) {
     std::fprintf(stderr, "Usage: fuzz_replay FOLDER TARGET\n");
     return 64;
   }

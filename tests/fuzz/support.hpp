@@ -17,6 +17,14 @@ namespace stereogrid::fuzz {
 
 using Bytes = std::span<const std::uint8_t>;
 
+/// A fuzz target: accepts any bytes, and throws or crashes on a fault.
+struct Target {
+  const char* name;
+  void (*run)(Bytes input);
+};
+/// All targets that are linked.
+[[nodiscard]] std::vector<Target>& targets();
+
 /// Something happened that no input may cause.
 class Finding : public std::logic_error {
  public:
@@ -64,3 +72,10 @@ class Choices {
 };
 
 }  // namespace stereogrid::fuzz
+
+/// Begins the definition of a target: FUZZ_TARGET(npy) { … `input` … }. A fuzzer is made of each (CMakeLists.txt lists
+/// them, too), and the replay runs it on the stored inputs.
+#define FUZZ_TARGET(name)                                                                         \
+  void name(Bytes input);                                                                         \
+  [[maybe_unused]] static const bool name##_is_added{(targets().push_back({#name, name}), true)}; \
+  void name(Bytes input)

@@ -6,7 +6,7 @@
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/npz.hpp"
 #include "stereogrid/io/recording.hpp"
-#include "targets.hpp"
+#include "support.hpp"
 
 namespace stereogrid::fuzz {
 namespace {
@@ -31,12 +31,12 @@ void convert(const io::NpyArray& array) {
 
 }  // namespace
 
-void npy(Bytes input) {
+FUZZ_TARGET(npy) {
   static const Folder folder;
   accepts([&] { convert(io::read_npy(folder.write("array.npy", text_of(input)))); });
 }
 
-void npz(Bytes input) {
+FUZZ_TARGET(npz) {
   static const Folder folder;
   std::map<std::string, io::NpyArray> arrays;
   if (!accepts([&] { arrays = io::read_npz(folder.write("arrays.npz", text_of(input))); })) return;
@@ -53,7 +53,7 @@ void npz(Bytes input) {
   }
 }
 
-void disparity(Bytes input) {
+FUZZ_TARGET(disparity) {
   static const Folder folder;
   Image<float> image;
   if (!accepts([&] { image = io::read_disparity(folder.write("disparity", text_of(input))); })) return;
@@ -61,7 +61,7 @@ void disparity(Bytes input) {
   require(std::ranges::all_of(image, [](float d) { return std::isfinite(d) && d >= 0; }), "a disparity that is none");
 }
 
-void image(Bytes input) {
+FUZZ_TARGET(image) {
   static const Folder folder;
   const auto path{folder.write("image", text_of(input))};
   Image<std::uint8_t> grey;
@@ -82,7 +82,7 @@ void image(Bytes input) {
   require(io::read_grey(folder / "again.png") == grey, "an image changes when it is written");
 }
 
-void scan(Bytes input) {
+FUZZ_TARGET(scan) {
   static const Folder folder;
   std::vector<io::ScanPoint> points;
   if (!accepts([&] { points = io::read_scan(folder.write("scan.bin", text_of(input))); })) return;

@@ -8,7 +8,7 @@
 
 #include "stereogrid/mcap/bag.hpp"
 #include "stereogrid/rosbag/rosbag.hpp"
-#include "targets.hpp"
+#include "support.hpp"
 
 namespace stereogrid::fuzz {
 namespace {
@@ -116,7 +116,8 @@ void check(const io::Recording& recording) {
 
 }  // namespace
 
-void bag_recording(Bytes input) {
+/// A digit for the kind of bag, then files: five messages.
+FUZZ_TARGET(bag_recording) {
   accepts([&] { check(*rosbag::bag_recording(bag_of(input), {{"a bag"}, {}, ""}, {})); });
 }
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereogrid/io/calibration.hpp"
 
-#include "targets.hpp"
+#include "support.hpp"
 
 namespace stereogrid::fuzz {
 namespace {
@@ -23,13 +23,14 @@ void read_in_all_ways(const Folder& folder, const std::string& name) {
 
 }  // namespace
 
-void calibration_kalibr(Bytes input) {
+FUZZ_TARGET(calibration_kalibr) {
   static const Folder folder;
   folder.write("camchain.yaml", text_of(input));
   read_in_all_ways(folder, "camchain.yaml");
 }
 
-void calibration_kitti(Bytes input) {
+/// Files calib_cam_to_cam.txt and calib_velo_to_cam.txt.
+FUZZ_TARGET(calibration_kitti) {
   static const Folder folder;
   const auto files{parts_of(input, 2)};
   const auto path{folder.write("calib_cam_to_cam.txt", files[0])};
@@ -41,7 +42,8 @@ void calibration_kitti(Bytes input) {
   }
 }
 
-void calibration_opencv(Bytes input) {
+/// Files intrinsics.yml and extrinsics.yml.
+FUZZ_TARGET(calibration_opencv) {
   static const Folder folder;
   const auto files{parts_of(input, 2)};
   folder.write("intrinsics.yml", files[0]);
@@ -49,7 +51,8 @@ void calibration_opencv(Bytes input) {
   read_in_all_ways(folder, "extrinsics.yml");
 }
 
-void calibration_other(Bytes input) {
+/// Any other tool's, by its content or as YAML.
+FUZZ_TARGET(calibration_other) {
   static const Folder folder;
   for (const char* const name : {"other.txt", "other.yml"}) {
     folder.write(name, text_of(input));
@@ -58,7 +61,8 @@ void calibration_other(Bytes input) {
   }
 }
 
-void calibration_ros(Bytes input) {
+/// Files left.yaml and right.yaml.
+FUZZ_TARGET(calibration_ros) {
   static const Folder folder;
   const auto files{parts_of(input, 2)};
   folder.write("left.yaml", files[0]);
@@ -66,7 +70,7 @@ void calibration_ros(Bytes input) {
   read_in_all_ways(folder, "left.yaml");
 }
 
-void calibration_yaml(Bytes input) {
+FUZZ_TARGET(calibration_yaml) {
   static const Folder folder;
   const auto path{folder.write("calibration.yaml", text_of(input))};
   accepts([&] { check_rig(io::read_calibration(path, 96, 64)); });

@@ -5,7 +5,7 @@
 #include "stereogrid/config.hpp"
 #include "stereogrid/io/config_file.hpp"
 #include "stereogrid/scenes/scene.hpp"
-#include "targets.hpp"
+#include "support.hpp"
 
 namespace stereogrid::fuzz {
 namespace {
@@ -19,7 +19,7 @@ void set_from(Config& config, std::string_view key, std::string_view value) {
 
 }  // namespace
 
-void config_yaml(Bytes input) {
+FUZZ_TARGET(config_yaml) {
   static const Folder folder;
   Config config;
   if (!accepts([&] { io::load_config(folder.write("config.yaml", text_of(input)), config); })) return;
@@ -31,7 +31,8 @@ void config_yaml(Bytes input) {
   require(io::to_yaml(again) == text, "a configuration changes when it is written");
 }
 
-void settings(Bytes input) {
+/// Lines KEY=VALUE.
+FUZZ_TARGET(settings) {
   std::string_view lines{text_of(input)};
   Config config;
   while (!lines.empty()) {
@@ -43,7 +44,7 @@ void settings(Bytes input) {
   static_cast<void>(problems(config));
 }
 
-void scene(Bytes input) {
+FUZZ_TARGET(scene) {
   scenes::SceneOptions options;
   if (!accepts([&] { options = scenes::parse_scene(text_of(input)); })) return;
   // larger images are only slower

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "foxglove/hub.hpp"
-#include "targets.hpp"
+#include "support.hpp"
 
 namespace stereogrid::fuzz {
 namespace {
@@ -92,7 +92,8 @@ struct Room {
 
 }  // namespace
 
-void foxglove_client(Bytes input) {
+/// Messages of a WebSocket client, separated as files are; binary: after a 'b'.
+FUZZ_TARGET(foxglove_client) {
   Room room;
   RequestRate::Time now{std::chrono::seconds{1}};
   for (const std::string_view message : parts_of(input, 24)) {

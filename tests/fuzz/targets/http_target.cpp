@@ -6,7 +6,7 @@
 
 #include "http/message.hpp"
 #include "http/site.hpp"
-#include "targets.hpp"
+#include "support.hpp"
 
 namespace stereogrid::fuzz {
 namespace {
@@ -77,7 +77,8 @@ void check_answer(const HttpRequest& request, bool with_token) {
 
 }  // namespace
 
-void http_target(Bytes input) {
+/// A request: target, Host, Origin, Authorization, Cookie, ranges, tags, sub-protocols.
+FUZZ_TARGET(http_target) {
   const auto parts{parts_of(input, 9)};
   check_target(parts[0]);
   check_file(parts[0]);

@@ -5,7 +5,7 @@
 
 #include "../messages/random_filler.hpp"
 #include "stereogrid/messages/cdr.hpp"
-#include "targets.hpp"
+#include "support.hpp"
 
 namespace stereogrid::fuzz {
 namespace {
@@ -28,7 +28,8 @@ void read_and_write(std::span<const std::byte> cdr) {
 
 }  // namespace
 
-void cdr(Bytes input) {
+/// A byte for the type, then a message.
+FUZZ_TARGET(cdr) {
   if (input.empty()) return;
   const std::span<const std::byte> bytes{std::as_bytes(input.subspan(1))};
   int number{0};

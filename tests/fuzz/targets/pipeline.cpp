@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "targets.hpp"
+#include "support.hpp"
 #include "targets/pipeline_input.hpp"
 
 namespace stereogrid::fuzz {
@@ -39,7 +39,8 @@ void drive(Choices& choices, Pipeline& pipeline) {
 
 }  // namespace
 
-void pipeline(Bytes input) {
+/// Decisions.
+FUZZ_TARGET(pipeline) {
   Choices choices{input};
   const BackEnd back_end{choices.once_in(3) ? BackEnd::reference : BackEnd::cpu};
   Rig rig{choose_rig(choices)};

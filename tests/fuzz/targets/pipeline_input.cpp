@@ -7,8 +7,6 @@
 #include <limits>
 #include <type_traits>
 
-#include "support.hpp"
-
 namespace stereogrid::fuzz {
 namespace {
 

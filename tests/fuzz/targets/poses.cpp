@@ -7,7 +7,7 @@
 
 #include "input/poses/recording_poses.hpp"
 #include "stereogrid/io/file.hpp"
-#include "targets.hpp"
+#include "support.hpp"
 
 namespace stereogrid::fuzz {
 namespace {
@@ -38,7 +38,7 @@ void interpolate(const std::filesystem::path& path, const std::vector<io::NamedP
 
 }  // namespace
 
-void poses_csv(Bytes input) {
+FUZZ_TARGET(poses_csv) {
   static const Folder folder;
   const auto path{folder.write("poses.csv", text_of(input))};
   std::vector<io::NamedPose> poses;
@@ -51,7 +51,7 @@ void poses_csv(Bytes input) {
   require(io::read_file(folder / "once.csv") == io::read_file(folder / "twice.csv"), "poses change when written");
 }
 
-void poses_tum(Bytes input) {
+FUZZ_TARGET(poses_tum) {
   static const Folder folder;
   const auto path{folder.write("poses.txt", text_of(input))};
   accepts([&] {
@@ -66,7 +66,7 @@ void poses_tum(Bytes input) {
   accepts([&] { static_cast<void>(io::read_euroc_stamps(path)); });
 }
 
-void poses_kitti(Bytes input) {
+FUZZ_TARGET(poses_kitti) {
   static const Folder folder;
   const auto path{folder.write("poses.txt", text_of(input))};
   for (const std::size_t expected : {lines_in(input), lines_in(input) + 1}) {
@@ -74,7 +74,7 @@ void poses_kitti(Bytes input) {
   }
 }
 
-void times(Bytes input) {
+FUZZ_TARGET(times) {
   static const Folder folder;
   const auto path{folder.write("times.txt", text_of(input))};
   for (const std::size_t expected : {lines_in(input), lines_in(input) + 1}) {
@@ -82,12 +82,13 @@ void times(Bytes input) {
   }
 }
 
-void timestamps(Bytes input) {
+FUZZ_TARGET(timestamps) {
   static const Folder folder;
   accepts([&] { check_growing(io::read_timestamps(folder.write("timestamps.txt", text_of(input)))); });
 }
 
-void oxts(Bytes input) {
+/// Files: two records, timestamps.txt, three calibrations.
+FUZZ_TARGET(oxts) {
   static const Folder folder;
   const auto files{parts_of(input, 6)};
   folder.write("oxts/data/0000000000.txt", files[0]);

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereogrid/mcap/bag.hpp"
 #include "stereogrid/mcap/reader.hpp"
-#include "targets.hpp"
+#include "support.hpp"
 
 namespace stereogrid::fuzz {
 namespace {
@@ -30,7 +30,7 @@ void drain(const mcap::Bag& bag) {
 
 }  // namespace
 
-void mcap(Bytes input) {
+FUZZ_TARGET(mcap) {
   static const Folder folder;
   const auto file{folder.write("a.mcap", text_of(input))};
   accepts([&] {
@@ -45,13 +45,14 @@ void mcap(Bytes input) {
   });
 }
 
-void bag_db3(Bytes input) {
+FUZZ_TARGET(bag_db3) {
   static const Folder folder;
   const auto file{folder.write("a.db3", text_of(input))};
   accepts([&] { drain(*mcap::open_bag(file)); });
 }
 
-void bag_metadata(Bytes input) {
+/// File metadata.yaml of a bag without parts.
+FUZZ_TARGET(bag_metadata) {
   static const Folder folder;
   folder.write("metadata.yaml", text_of(input));
   accepts([&] { drain(*mcap::open_bag(folder.path())); });

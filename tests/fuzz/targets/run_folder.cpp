@@ -5,7 +5,7 @@
 #include "stereogrid/io/run_folder/frame_lines.hpp"
 #include "stereogrid/io/run_folder/run_reader.hpp"
 #include "stereogrid/io/truth.hpp"
-#include "targets.hpp"
+#include "support.hpp"
 
 namespace stereogrid::fuzz {
 namespace {
@@ -17,7 +17,8 @@ void check_grids(const io::RunReader& run, const io::RunGrids& grids) {
 
 }  // namespace
 
-void run_folder(Bytes input) {
+/// Files run.json, frames.jsonl and a frame's grids.
+FUZZ_TARGET(run_folder) {
   static const Folder folder;
   const auto files{parts_of(input, 3)};
   folder.write("run.json", files[0]);
@@ -35,7 +36,7 @@ void run_folder(Bytes input) {
   require(io::take_finished_frames(lines).size() == finished, "lines are lost when they are read twice");
 }
 
-void object_labels(Bytes input) {
+FUZZ_TARGET(object_labels) {
   static const Folder folder;
   const auto file{folder.write("objects.jsonl", text_of(input))};
   accepts([&] {
@@ -48,7 +49,8 @@ void object_labels(Bytes input) {
   });
 }
 
-void truth(Bytes input) {
+/// Files grid.json and objects.jsonl.
+FUZZ_TARGET(truth) {
   static const Folder folder;
   const auto files{parts_of(input, 2)};
   folder.write("grid.json", files[0]);
