@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "stereogrid/scenes/scene.hpp"
+#include "world/height_field.hpp"
 #include "world/numbers.hpp"
-#include "world/relief.hpp"
 #include "world/world.hpp"
 
 namespace stereogrid::scenes {

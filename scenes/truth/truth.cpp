@@ -6,8 +6,6 @@
 #include <cmath>
 #include <utility>
 
-#include "render/render.hpp"
-
 namespace stereogrid::scenes {
 namespace {
 

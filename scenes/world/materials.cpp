@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "world/numbers.hpp"
-
 namespace stereogrid::scenes {
 namespace {
 

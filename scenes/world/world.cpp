@@ -6,8 +6,6 @@
 #include <cmath>
 #include <utility>
 
-#include "world/numbers.hpp"
-
 namespace stereogrid::scenes {
 
 Pose2 along_arc(const Pose2& start, double curvature_per_m, double distance_m, double left_m) {
