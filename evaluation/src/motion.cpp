@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "ranking.hpp"
+#include "totals.hpp"
 #include "truth_cells.hpp"
 
 namespace stereogrid::evaluation {

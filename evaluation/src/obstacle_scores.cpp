@@ -5,8 +5,8 @@
 #include <numbers>
 
 #include "outlines.hpp"
-#include "ranking.hpp"
 #include "stereogrid/evaluation/obstacles.hpp"
+#include "totals.hpp"
 
 namespace stereogrid::evaluation {
 namespace {

@@ -8,7 +8,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "ranking.hpp"
 #include "totals.hpp"
 
 namespace stereogrid::evaluation {

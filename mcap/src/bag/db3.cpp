@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "bag/bags.hpp"
-#include "bag/sqlite.hpp"
 #include "stereogrid/error.hpp"
 
 namespace stereogrid::mcap {

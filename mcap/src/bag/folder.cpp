@@ -11,7 +11,7 @@
 #include "bag/bags.hpp"
 #include "compression.hpp"
 #include "merge.hpp"
-#include "read/batch.hpp"
+#include "read/scanner.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/paths.hpp"

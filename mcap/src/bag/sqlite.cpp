@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "bag/sqlite.hpp"
+#include "bag/bags.hpp"
 
 #include <fmt/format.h>
 #include <sqlite3.h>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "read/batch.hpp"
+#include "read/scanner.hpp"
 
 #include <optional>
 #include <utility>

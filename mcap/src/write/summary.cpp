@@ -4,8 +4,6 @@
 
 #include <numeric>
 
-#include "compression.hpp"
-
 namespace stereogrid::mcap {
 
 void Summary::add_schema(View record) {
@@ -74,6 +72,76 @@ Bytes Summary::bytes(std::uint64_t start) const {
   put(bytes, crc_of(bytes));
   put(bytes, view_of(magic));
   return bytes;
+}
+
+void OpenChunk::add(const Message& message) {
+  if (records_.empty()) begin_ns_ = message.log_time_ns;
+  times_.take(message.log_time_ns);
+  indexes_[message.channel - 1U].push_back({message.log_time_ns, records_.size()});
+  const Record record{records_, Op::message};
+  put(records_, message.channel);
+  put(records_, message.sequence);
+  put(records_, message.log_time_ns);
+  put(records_, message.publish_time_ns);
+  put(records_, message.data);
+}
+
+OpenChunk::Packed OpenChunk::pack(std::uint64_t offset, Summary& summary) {
+  const std::uint32_t crc{crc_of(records_)};
+  const View body{compressor_.compress(records_)};
+  put_head(body.size(), crc);
+  put_indexes(offset, body.size(), summary);
+  return {head_, body, message_indexes_, compression_ == Compression::none ? crc : crc_of(body)};
+}
+
+void OpenChunk::clear() {
+  records_.clear();
+  for (std::vector<IndexEntry>& index : indexes_) index.clear();
+  times_ = {};
+}
+
+void OpenChunk::put_head(std::uint64_t packed_size, std::uint32_t crc) {
+  head_.clear();
+  put(head_, Op::chunk);
+  put(head_, std::uint64_t{0});
+  times_.put_into(head_);
+  put(head_, std::uint64_t{records_.size()});
+  put(head_, crc);
+  put_text(head_, name_of(compression_));
+  put(head_, packed_size);
+  const std::uint64_t length{head_.size() - record_head_bytes + packed_size};
+  std::memcpy(head_.data() + 1, &length, sizeof(length));
+}
+
+void OpenChunk::put_indexes(std::uint64_t offset, std::uint64_t packed_size, Summary& summary) {
+  const std::uint64_t length{head_.size() + packed_size};
+  Bytes& chunk_index{summary.add_chunk(times_)};
+  const Record record{chunk_index, Op::chunk_index};
+  times_.put_into(chunk_index);
+  put(chunk_index, offset);
+  put(chunk_index, length);
+  message_indexes_.clear();
+  {
+    const Counted<std::uint32_t> offsets{chunk_index};
+    for (std::size_t i{0}; i < indexes_.size(); ++i) {
+      if (indexes_[i].empty()) continue;
+      const auto channel{static_cast<std::uint16_t>(i + 1)};
+      put(chunk_index, channel);
+      put(chunk_index, offset + length + message_indexes_.size());
+      const Record message_index{message_indexes_, Op::message_index};
+      put(message_indexes_, channel);
+      const Counted<std::uint32_t> entries{message_indexes_};
+      for (const IndexEntry& entry : indexes_[i]) {
+        put(message_indexes_, entry.log_time_ns);
+        put(message_indexes_, entry.offset);
+      }
+      summary.add_messages(channel, indexes_[i].size());
+    }
+  }
+  put(chunk_index, std::uint64_t{message_indexes_.size()});
+  put_text(chunk_index, name_of(compression_));
+  put(chunk_index, packed_size);
+  put(chunk_index, std::uint64_t{records_.size()});
 }
 
 }  // namespace stereogrid::mcap
