@@ -3,14 +3,10 @@
 #include "stereogrid/config.hpp"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <functional>
 #include <initializer_list>
-#include <string>
-#include <string_view>
-#include <type_traits>
 
 #include "stereogrid/error.hpp"
 #include "stereogrid/printable.hpp"

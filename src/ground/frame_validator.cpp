@@ -5,12 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstddef>
 #include <cstdio>
 #include <cstdlib>
 #include <numbers>
 
-#include "ground/plane_numbers.hpp"
 #include "images/patch.hpp"
 
 namespace stereogrid {

@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ground/plane_evidence.hpp"
 
-#include <algorithm>
-
 namespace stereogrid {
 namespace {
 

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "motion/velocity_evidence.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <utility>
 

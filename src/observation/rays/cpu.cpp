@@ -4,7 +4,6 @@
 
 #include <numeric>
 
-#include "observation/rays/hidden.hpp"
 #include "observation/rays/rays.hpp"
 #include "observation/rays/simd.hpp"
 

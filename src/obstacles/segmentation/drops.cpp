@@ -10,7 +10,7 @@ namespace {
 
 constexpr int sectors_apart_max{3};
 constexpr double cells_apart_max{4};  ///< distance of neighbouring points, in cells
-constexpr std::size_t points_min{3};
+constexpr std::size_t edge_points_min{3};
 constexpr std::size_t outline_points_max{24};
 /// Least number of points, one a sector, of a sure edge. Errors of 33 px are correlated: a landing is fitted to three
 /// sectors of 8 px, and the matcher's window adds 9. Three such parts agree. Checked on degraded drives
@@ -54,7 +54,7 @@ void add_drops(const FrameEdges& edges, const GridLayers& world, const Pose2& wo
   std::size_t first{0};
   for (std::size_t i{1}; i <= points.size(); ++i) {
     if (i < points.size() && are_neighbours(points[i - 1], points[i], world.geometry.cell_size_m)) continue;
-    if (i - first >= points_min) {
+    if (i - first >= edge_points_min) {
       const std::span<const EdgePoint> edge{points.subspan(first, i - first)};
       clusters.push_back(drop_of(edge, world, world_from_vehicle));
       clusters.back().is_sure = edge.size() >= sure_points && length_of(edge) >= edges.sure_m;

@@ -16,9 +16,9 @@ namespace {
 constexpr double long_m{5.5};
 constexpr double wide_m{2.6};
 constexpr double high_m{2.8};
-constexpr double tops_m{0.7};  // maximum difference of two pieces' heights
-constexpr double depth_m{1};   // maximum gap between two pieces in depth …
-constexpr int depth_bins{2};   // … or in bins, for noise
+constexpr double tops_m{0.7};     // maximum difference of two pieces' heights
+constexpr double depth_gap_m{1};  // maximum gap between two pieces in depth …
+constexpr int depth_bins{2};      // … or in bins, for noise
 constexpr double top_share{0.9};
 
 double spread(double a, double b, double other_a, double other_b) {
@@ -29,7 +29,7 @@ double spread(double a, double b, double other_a, double other_b) {
 
 bool Segmenter::Piece::is_near(const Piece& other) const {
   const int bins{std::max(far_bin, other.far_bin) - std::min(near_bin, other.near_bin)};
-  return bins <= depth_bins || std::max(least.x, other.least.x) - std::min(most.x, other.most.x) <= depth_m;
+  return bins <= depth_bins || std::max(least.x, other.least.x) - std::min(most.x, other.most.x) <= depth_gap_m;
 }
 
 void Segmenter::Piece::take_in(const Piece& other) {

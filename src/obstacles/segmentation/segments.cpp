@@ -2,17 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "obstacles/segmentation/segments.hpp"
 
-#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
-#include <cstddef>
 #include <limits>
 #include <utility>
 
 #include "clamped_to_int.hpp"
-#include "geometry/relief.hpp"
-#include "obstacles/segmentation/upright_row.hpp"
 
 namespace stereogrid {
 

@@ -8,7 +8,6 @@
 #include <tuple>
 
 #include "clamped_to_int.hpp"
-#include "geometry/road_plane.hpp"
 #include "images/patch.hpp"
 
 namespace stereogrid {

@@ -10,7 +10,6 @@
 
 #include "memory_bytes.hpp"
 #include "obstacles/segmentation/clusters.hpp"
-#include "obstacles/tracking/box.hpp"
 #include "obstacles/tracking/motion_state.hpp"
 #include "stereogrid/camera.hpp"
 #include "stereogrid/config.hpp"
