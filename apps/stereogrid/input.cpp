@@ -9,7 +9,6 @@
 #include <filesystem>
 #include <limits>
 #include <optional>
-#include <string>
 #include <string_view>
 
 #include "device_options.hpp"

@@ -17,65 +17,49 @@ void add_input_options(Command command, InputOptions& options) {
   command.group(Group::input);
   command
       .add_option(
-          "INPUT", options.paths,
+          "INPUT [RIGHT]", options.paths,
           "A drive's folder, a bag of ROS 2 (.mcap, .db3, or their folder), LEFT and RIGHT image or video, a video of "
           "both, or a built-in scene.")
-      .type_name("[RIGHT]")
       .required()
       .expected(1, 2);
-  command
-      .add_option(
-          "--calibration", options.calibration,
-          "Calibration file instead of the input's own: calibration.yaml, or one of KITTI, ROS, OpenCV, Kalibr, "
-          "EuRoC, ORB-SLAM, Basalt, DepthAI, ZED or Middlebury.")
-      .type_name("FILE");
-  command
-      .add_option("--poses", options.poses,
-                  "Source of poses. 'file': the input's own pose file; 'odometry': visual odometry; "
-                  "'none': a static vehicle; or another pose file. Default: file if there is one, else "
-                  "odometry.")
-      .type_name("none|file|odometry|FILE");
-  command
-      .add_option("--mask", options.mask,
-                  "Mask of the left image's size: pixels of the vehicle itself, such as the bonnet, are "
-                  "black (0) and not used. Replaces the calibration's mask.")
-      .type_name("FILE.png");
+  command.add_option(
+      "--calibration FILE", options.calibration,
+      "Calibration file instead of the input's own: calibration.yaml, or one of KITTI, ROS, OpenCV, Kalibr, "
+      "EuRoC, ORB-SLAM, Basalt, DepthAI, ZED or Middlebury.");
+  command.add_option("--poses none|file|odometry|FILE", options.poses,
+                     "Source of poses. 'file': the input's own pose file; 'odometry': visual odometry; "
+                     "'none': a static vehicle; or another pose file. Default: file if there is one, else "
+                     "odometry.");
+  command.add_option("--mask FILE.png", options.mask,
+                     "Mask of the left image's size: pixels of the vehicle itself, such as the bonnet, are "
+                     "black (0) and not used. Replaces the calibration's mask.");
   command.group(Group::other_input);
-  command
-      .add_option("--disparities", options.disparities,
-                  "Disparity images instead of right images: PNG (KITTI), PFM, TIFF or NPY, named as the left "
-                  "images.")
-      .type_name("DIR");
+  command.add_option("--disparities DIR", options.disparities,
+                     "Disparity images instead of right images: PNG (KITTI), PFM, TIFF or NPY, named as the left "
+                     "images.");
   command.add_flag("--with-right", options.with_right,
                    "With --disparities: track features in the right images, too. Default: in the left images and the "
                    "disparities.");
+  command.add_option("--depth DIR", options.depth,
+                     "Depth images instead of right images: PNG or TIFF of 16 bits, PFM, TIFF or NPY of floats in "
+                     "metres, named as the left images and aligned to them.");
   command
-      .add_option("--depth", options.depth,
-                  "Depth images instead of right images: PNG or TIFF of 16 bits, PFM, TIFF or NPY of floats in "
-                  "metres, named as the left images and aligned to them.")
-      .type_name("DIR");
-  command
-      .add_option("--depth-scale", options.depth_scale,
+      .add_option("--depth-scale UNITS", options.depth_scale,
                   "Units of 16-bit depth images in a metre: 1000 (millimetres), 5000 (TUM), 256 (KITTI). Default: 5000 "
                   "beside TUM's rgb.txt and depth.txt, else 1000.")
-      .type_name("UNITS")
       .check(number(0.001, 1e6));
   command
       .add_option("--layout", options.layout,
                   "Position of the left and right image in images or a video of both. Default: from the calibration "
                   "or the aspect.")
       .one_of({"side-by-side", "top-bottom"});
+  command.add_option("--left-topic TOPIC", options.left_topic,
+                     "Topic of the left images, for a bag or ROS 2. Default: by name.");
+  command.add_option("--right-topic TOPIC", options.right_topic,
+                     "Topic of the right images, or of depth or disparities, for a bag or ROS 2.");
   command
-      .add_option("--left-topic", options.left_topic, "Topic of the left images, for a bag or ROS 2. Default: by name.")
-      .type_name("TOPIC");
-  command
-      .add_option("--right-topic", options.right_topic,
-                  "Topic of the right images, or of depth or disparities, for a bag or ROS 2.")
-      .type_name("TOPIC");
-  command
-      .add_option("--pair-tolerance-ms", options.pair_tolerance_ms,
+      .add_option("--pair-tolerance-ms MS", options.pair_tolerance_ms,
                   "Maximum stamp difference of a pair, for a bag or two cameras.")
-      .type_name("MS")
       .check(number(0, 1000))
       .show_default();
 }

@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
+#include "frame_stages.hpp"
 #include "geometry.hpp"
 #include "input.hpp"
-#include "pose_stage.hpp"
 #include "stereogrid/io/frame_queue.hpp"
 #include "stereogrid/io/run_folder/run_record.hpp"
 #include "stereogrid/io/truth.hpp"

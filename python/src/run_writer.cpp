@@ -11,6 +11,7 @@
 #include <fstream>
 
 #include "bindings.hpp"
+#include "frame_stages.hpp"
 #include "input.hpp"
 #include "locks/folder_lock.hpp"
 #include "pipeline.hpp"
@@ -21,7 +22,6 @@
 #include "stereogrid/io/run_folder/checkpoint.hpp"
 #include "stereogrid/io/run_folder/frame_lines.hpp"
 #include "stereogrid/io/run_folder/run_record.hpp"
-#include "sweeps.hpp"
 
 namespace stereogrid::python {
 namespace {

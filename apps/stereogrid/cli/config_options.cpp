@@ -6,7 +6,6 @@
 #include <spdlog/spdlog.h>
 
 #include <array>
-#include <vector>
 
 #include "cli/program.hpp"
 #include "stereogrid/error.hpp"
@@ -17,13 +16,14 @@ namespace stereogrid::app {
 
 void add_config_options(Command command, ConfigOptions& options) {
   command.group(Group::parameters);
-  command.add_option("--preset", options.preset, "Preset: default, robot (a low camera), or paper (as published).")
-      .type_name("default|robot|paper")
+  command
+      .add_option("--preset default|robot|paper", options.preset,
+                  "Preset: default, robot (a low camera), or paper (as published).")
       .show_default();
-  command.add_option("--config", options.file, "YAML file with parameters, as 'config --yaml' prints.")
-      .type_name("FILE.yaml");
-  command.add_option("--set", options.settings, "Value of a parameter, such as grid.length_m=30. May be repeated.")
-      .type_name("KEY=VALUE")
+  command.add_option("--config FILE.yaml", options.file, "YAML file with parameters, as 'config --yaml' prints.");
+  command
+      .add_option("--set KEY=VALUE", options.settings,
+                  "Value of a parameter, such as grid.length_m=30. May be repeated.")
       .expected(1)
       .take_all();
 }
@@ -97,12 +97,12 @@ void add_device_options(Command command, DeviceOptions& options) {
     options.device = device;
     options.is_explicit = true;
   };
-  command.add_option_function("--device", set, "Device that computes. Default: auto, the fastest available.")
-      .type_name("auto|cpu|cuda|cuda:N|reference")
+  command
+      .add_option_function("--device auto|cpu|cuda|cuda:N|reference", set,
+                           "Device that computes. Default: auto, the fastest available.")
       .check(device_problem);
   command
-      .add_option("--threads", options.threads, "Threads of the pipeline; 0: all cores. Results do not depend on it.")
-      .type_name("N")
+      .add_option("--threads N", options.threads, "Threads of the pipeline; 0: all cores. Results do not depend on it.")
       .check(whole_number(0, 1024))
       .show_default();
 }

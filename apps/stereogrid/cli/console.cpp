@@ -12,20 +12,12 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cerrno>
-#include <chrono>
 #include <csignal>
-#include <cstddef>
 #include <cstdlib>
 #include <memory>
-#include <mutex>
-#include <string>
-#include <string_view>
 #include <system_error>
-#include <utility>
 
-#include "cli/text_queue.hpp"
 #include "stereogrid/printable.hpp"
 
 namespace stereogrid::app {

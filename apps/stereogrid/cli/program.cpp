@@ -16,16 +16,12 @@
 
 #include <CLI/CLI.hpp>
 #include <csignal>
-#include <cstdint>
 #include <exception>
 #include <filesystem>
 #include <new>
 #include <sstream>
-#include <string>
-#include <vector>
 
 #include "cli/console.hpp"
-#include "cli/help.hpp"
 #include "device_options.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/paths.hpp"
@@ -169,11 +165,18 @@ int run_guarded(int argc, char** argv, const char* name, Describe describe) {
   }
 }
 
-}  // namespace
-
-Option Option::type_name(const std::string& name) const {
-  return Option{option_->type_name(name)};
+// "--out,-o DIR" as Command::add_option() has it.
+std::string option_names(const std::string& name) {
+  return name.substr(0, name.find(' '));
 }
+
+Option with_value(const std::string& name, CLI::Option* option) {
+  const std::string value{name.substr(std::min(name.find(' '), name.size() - 1) + 1)};
+  if (value.find(',') != std::string::npos) option->delimiter(',');
+  return Option{option->type_name(value)};
+}
+
+}  // namespace
 
 Option Option::required() const {
   return Option{option_->required()};
@@ -189,10 +192,6 @@ Option Option::expected(int minimum, int maximum) const {
 
 Option Option::take_all() const {
   return Option{option_->take_all()};
-}
-
-Option Option::delimiter(char letter) const {
-  return Option{option_->delimiter(letter)};
 }
 
 Option Option::check(const OptionCheck& check, const std::string& range) const {
@@ -253,7 +252,7 @@ void Command::require_command() const {
 
 template <class Value>
 Option Command::add_option(const std::string& name, Value& value, const std::string& description) const {
-  return Option{app_->add_option(name, value, description)};
+  return with_value(name, app_->add_option(option_names(name), value, description));
 }
 
 template Option Command::add_option(const std::string&, int&, const std::string&) const;
@@ -269,7 +268,7 @@ template Option Command::add_option(const std::string&, std::vector<std::string>
 
 Option Command::add_option_function(const std::string& name, const std::function<void(const std::string&)>& set,
                                     const std::string& description) const {
-  return Option{app_->add_option_function<std::string>(name, set, description)};
+  return with_value(name, app_->add_option_function<std::string>(option_names(name), set, description));
 }
 
 Option Command::add_flag(const std::string& name, bool& value, const std::string& description) const {

@@ -55,8 +55,6 @@ class Option {
  public:
   explicit Option(CLI::Option* option) : option_{option} {}
 
-  /// Its value in --help and for completion (OptionText::value).
-  Option type_name(const std::string& name) const;
   Option required() const;
   /// Its value may be left out, and then is `otherwise`.
   Option optional_value(const std::string& otherwise) const;
@@ -65,8 +63,6 @@ class Option {
   Option expected(int values) const { return expected(values, values); }
   /// May be repeated.
   Option take_all() const;
-  /// Between values in one argument.
-  Option delimiter(char letter) const;
   /// `range`: as --help shows it; "": not at all.
   Option check(const OptionCheck& check, const std::string& range = "") const;
   /// --help and completion show the values.
@@ -97,7 +93,9 @@ class Command {
   /// One command has to be given.
   void require_command() const;
 
-  /// `name`: "--out,-o", or "INPUT" for a positional one. `Value`: those that program.cpp instantiates.
+  /// `name`: "--out,-o DIR", or "INPUT" for a positional one. After the space: the value in --help and for completion
+  /// (OptionText::value); with a comma, one argument may have several values. `Value`: those that program.cpp
+  /// instantiates.
   template <class Value>
   Option add_option(const std::string& name, Value& value, const std::string& description) const;
   Option add_option_function(const std::string& name, const std::function<void(const std::string&)>& set,

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/text_queue.hpp"
+#include "cli/console.hpp"
 
 #include <fmt/format.h>
 #include <poll.h>
@@ -11,10 +11,8 @@
 #include <cerrno>
 #include <climits>
 #include <iterator>
-#include <string_view>
 #include <system_error>
 #include <thread>
-#include <utility>
 
 namespace stereogrid::app {
 namespace {

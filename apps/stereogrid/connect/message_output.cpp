@@ -62,22 +62,18 @@ void add_recording_option(Command command, MessageOptions& options, bool has_fol
   const std::string description{
       "Record the results as ROS 2 messages, too (docs/messages.md), for 'view', Foxglove, Lichtblick or ros2 bag."};
   if (!has_folder) {
-    command.add_option("--mcap", options.mcap, description).type_name("FILE.mcap");
+    command.add_option("--mcap FILE.mcap", options.mcap, description);
     return;
   }
-  command.add_option("--mcap", options.mcap, description + " Without a file: DIR/run.mcap.")
-      .type_name("[FILE.mcap]")
+  command.add_option("--mcap [FILE.mcap]", options.mcap, description + " Without a file: DIR/run.mcap.")
       .optional_value(MessageOptions::in_run_folder);
 }
 
 void add_message_options(Command command, MessageOptions& options) {
   command.group(Group::messages);
-  command
-      .add_option("--mcap-topics", options.topics,
-                  "Topics to record, such as occupancy_grid,obstacles,tf; without disparity, points and images "
-                  "the file is small.")
-      .delimiter(',')
-      .type_name("TOPIC,TOPIC,...");
+  command.add_option("--mcap-topics TOPIC,TOPIC,...", options.topics,
+                     "Topics to record, such as occupancy_grid,obstacles,tf; without disparity, points and images "
+                     "the file is small.");
   command
       .add_option_function(
           "--value-scale", [&options](const std::string& name) { options.scale = scale_named(name); },

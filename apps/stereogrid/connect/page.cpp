@@ -47,16 +47,12 @@ ListenAddress listen_address_of(const std::string& text) {
 void add_page_options(Command command, PageOptions& options) {
   command.group(Group::page);
   command
-      .add_option("--listen", options.listen,
+      .add_option("--listen ADDRESS:PORT", options.listen,
                   "Address of the page. On an address other than loopback its link has a token, without which access "
                   "is denied. Port 0: any free port.")
-      .type_name("ADDRESS:PORT")
       .show_default();
-  command
-      .add_option("--allow-origin", options.allowed_origins,
-                  "Origins of other sites with access to the results, such as https://app.foxglove.dev.")
-      .delimiter(',')
-      .type_name("URL,URL,...");
+  command.add_option("--allow-origin URL,URL,...", options.allowed_origins,
+                     "Origins of other sites with access to the results, such as https://app.foxglove.dev.");
 }
 
 std::unique_ptr<server::Server> start_server(const PageOptions& options, server::ServerOptions made) {

@@ -89,24 +89,18 @@ dds::NodeOptions node_options(const Ros2Options& options) {
 }  // namespace
 
 void add_ros2_options(Command command, Ros2Options& options) {
-  command.add_option("--ros2-node", options.node, "Name of the node, with its namespace.")
-      .type_name("NAME|NAMESPACE/NAME")
+  command.add_option("--ros2-node NAME|NAMESPACE/NAME", options.node, "Name of the node, with its namespace.")
       .show_default();
-  command
-      .add_option("--ros2-remap", options.remappings,
-                  "Other names of topics in ROS 2: occupancy_grid:=/map; without a slash in front: below the node.")
-      .delimiter(',')
-      .type_name("FROM:=TO,...");
+  command.add_option("--ros2-remap FROM:=TO,...", options.remappings,
+                     "Other names of topics in ROS 2: occupancy_grid:=/map; without a slash in front: below the node.");
   command.add_flag("--ros2-leave-tf", options.leaves_tf,
                    "Do not publish /tf, which the robot's own odometry publishes. Implied by poses from ROS 2.");
   command
       .add_option(
-          "--ros2-frames", options.frames,
+          "--ros2-frames WORLD,VEHICLE", options.frames,
           "Names of the frames in all messages: of the filtered grid, and of the vehicle (on the road below the "
           "left camera). Otherwise odom,base_link.")
-      .delimiter(',')
-      .expected(2)
-      .type_name("WORLD,VEHICLE");
+      .expected(2);
   command
       .add_option(
           "--ros2-distro", options.distro,

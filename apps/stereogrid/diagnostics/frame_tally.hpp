@@ -7,6 +7,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -83,5 +84,18 @@ struct PairFault {
 /// misalignment, images rectified twice. The text is empty if none of them is found. `index`: place of the frame in
 /// `input`, which may lack a source; then its neighbours are not compared.
 [[nodiscard]] PairFault fault_of_pair(const Input& input, std::size_t index, const StereoFrame& frame);
+
+/// Motion of the vehicle frame between two frames, by the images and by the poses that came with them.
+struct MotionPair {
+  Pose2 seen;
+  Pose2 external;
+};
+
+/// Describes how given poses contradict the motion in the images, and the place of the camera that they would fit;
+/// empty: they agree, or nothing is known.
+[[nodiscard]] std::optional<std::string> contradiction_of(std::span<const MotionPair> steps);
+
+/// The same of an input with poses of its own, by visual odometry over some frames in the middle of it.
+[[nodiscard]] std::optional<std::string> contradiction_of_poses(const Input& input);
 
 }  // namespace stereogrid::app

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <optional>
 
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/recording.hpp"

@@ -1,13 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "diagnostics/pose_check.hpp"
+#include "diagnostics/frame_tally.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <vector>
 
 #include "stereogrid/error.hpp"
 #include "stereogrid/odometry.hpp"

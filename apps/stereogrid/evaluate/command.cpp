@@ -70,8 +70,8 @@ int evaluate_command(const EvaluateOptions& options) {
 void add_evaluate_command(Command tool, int& exit_code) {
   auto options{std::make_shared<EvaluateOptions>()};
   const Command command{tool.add_command("evaluate", "Score a run against lidar or exact truth.")};
-  command.add_option("RUN_DIR", options->run, "Folder of `stereogrid run --out`.").type_name("").required();
-  command.add_option("INPUT", options->input, "Input of the run. Default: the path stored in the run.").type_name("");
+  command.add_option("RUN_DIR", options->run, "Folder of `stereogrid run --out`.").required();
+  command.add_option("INPUT", options->input, "Input of the run. Default: the path stored in the run.");
   command.group(Group::input);
   command
       .add_option("--truth", options->truth,
@@ -79,14 +79,13 @@ void add_evaluate_command(Command tool, int& exit_code) {
                   "truth if available.")
       .one_of({"lidar", "truth"});
   command
-      .add_option("--camera-height", options->camera_height_m,
+      .add_option("--camera-height M", options->camera_height_m,
                   "Camera height (m) at which the search for the lidar's road starts. Default: the height that the "
                   "run has estimated, else 1.64, as on KITTI.")
-      .type_name("M")
       .check(number(0.3, 5), "0.3 … 5");
   command.group(Group::output);
-  command.add_option("--json", options->json, "Write every figure to this file, too.").type_name("FILE");
-  command.add_option("--html", options->html, "Write a report with plots to this file, too.").type_name("FILE");
+  command.add_option("--json FILE", options->json, "Write every figure to this file, too.");
+  command.add_option("--html FILE", options->html, "Write a report with plots to this file, too.");
   command.callback([options, &exit_code] { exit_code = evaluate_command(*options); });
 }
 

@@ -6,8 +6,6 @@
 
 #include <cmath>
 #include <filesystem>
-#include <utility>
-#include <vector>
 
 #include "evaluate/truth_source.hpp"
 #include "stereogrid/error.hpp"

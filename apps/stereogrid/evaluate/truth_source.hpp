@@ -9,12 +9,12 @@
 #include <string>
 #include <vector>
 
+#include "frame_stages.hpp"
 #include "input.hpp"
 #include "stereogrid/evaluation/labels.hpp"
 #include "stereogrid/evaluation/obstacles.hpp"
 #include "stereogrid/io/run_folder/frame_lines.hpp"
 #include "stereogrid/truth.hpp"
-#include "sweeps.hpp"
 
 namespace stereogrid::io {
 class TruthReader;

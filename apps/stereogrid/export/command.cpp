@@ -129,19 +129,14 @@ int export_run(const ExportOptions& options) {
 void add_export_command(Command tool, int& exit_code) {
   auto options{std::make_shared<ExportOptions>()};
   const Command command{tool.add_command("export", "Convert a run to maps and laser scans (docs/format.md).")};
-  command.add_option("RUN_DIR", options->run, "Folder of `stereogrid run --out`.").type_name("").required();
+  command.add_option("RUN_DIR", options->run, "Folder of `stereogrid run --out`.").required();
   command.group(Group::output);
-  command
-      .add_option("--nav2-map", options->nav2_map,
-                  "Write map.yaml and map.pgm for Nav2's map_server: the filtered grid of a frame.")
-      .type_name("DIR");
-  command
-      .add_option(
-          "--laserscan", options->laser_scan,
-          "Write the nearest obstacle of each bearing, a line per frame, with the values of sensor_msgs/LaserScan.")
-      .type_name("FILE.csv");
-  command.add_option("--frame", options->frame, "Index of the map's frame in frames.jsonl. Default: the last one.")
-      .type_name("N")
+  command.add_option("--nav2-map DIR", options->nav2_map,
+                     "Write map.yaml and map.pgm for Nav2's map_server: the filtered grid of a frame.");
+  command.add_option(
+      "--laserscan FILE.csv", options->laser_scan,
+      "Write the nearest obstacle of each bearing, a line per frame, with the values of sensor_msgs/LaserScan.");
+  command.add_option("--frame N", options->frame, "Index of the map's frame in frames.jsonl. Default: the last one.")
       .check(whole_number(0, io::largest_index));
   command.callback([options, &exit_code] { exit_code = export_run(*options); });
 }

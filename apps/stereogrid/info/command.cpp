@@ -11,11 +11,11 @@
 #include "cli/config_options.hpp"
 #include "cli/console.hpp"
 #include "cli/program.hpp"
+#include "diagnostics/frame_tally.hpp"
 #include "diagnostics/own_vehicle.hpp"
-#include "diagnostics/pose_check.hpp"
+#include "frame_stages.hpp"
 #include "info/look.hpp"
 #include "input.hpp"
-#include "pose_stage.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/recording.hpp"
@@ -232,11 +232,10 @@ void add_info_command(Command tool, int& exit_code) {
   add_input_options(command, options->input);
   add_config_options(command, options->config);
   command.group(Group::output);
-  command
-      .add_option("--propose-mask", options->proposed_mask,
-                  "Go through the whole drive, look for what shows the vehicle itself at the lower edge of the image, "
-                  "and write a mask for --mask. Masked pixels are black; the rest shows the image for inspection.")
-      .type_name("FILE.png");
+  command.add_option(
+      "--propose-mask FILE.png", options->proposed_mask,
+      "Go through the whole drive, look for what shows the vehicle itself at the lower edge of the image, "
+      "and write a mask for --mask. Masked pixels are black; the rest shows the image for inspection.");
   command.callback([options, &exit_code] { exit_code = show(*options); });
 }
 

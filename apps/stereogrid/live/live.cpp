@@ -10,21 +10,15 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <atomic>
-#include <chrono>
 #include <cstddef>
 #include <cstdlib>
 #include <map>
-#include <memory>
-#include <optional>
-#include <string>
 #include <string_view>
 #include <utility>
 
 #include "cli/console.hpp"
 #include "cli/program.hpp"
 #include "diagnostics/frame_tally.hpp"
-#include "live/placed_frames.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/recording.hpp"
 
@@ -298,29 +292,23 @@ void add_live_command(Command tool, int& exit_code) {
   add_input_options(command, options->input.input);
   command.group(Group::input);
   command.add_flag("--loop", options->input.loops, "Restart after the last frame.");
-  command.add_option("--speed", options->input.speed, "Speed of a recording; 2: twice as fast.")
-      .type_name("X")
+  command.add_option("--speed X", options->input.speed, "Speed of a recording; 2: twice as fast.")
       .check(number(0.01, 100))
       .show_default();
   add_config_options(command, options->config);
   add_device_options(command, options->device);
   command.group(Group::output);
   add_recording_option(command, options->messages, false);
-  command
-      .add_option("--predict", options->predict_s,
-                  "Horizons in seconds of predicted grids, as topics predicted_grid_<s>.")
-      .delimiter(',')
-      .type_name("S,S,...");
+  command.add_option("--predict S,S,...", options->predict_s,
+                     "Horizons in seconds of predicted grids, as topics predicted_grid_<s>.");
   add_message_options(command, options->messages);
   command.group(Group::messages);
   command
-      .add_option("--ros2-camera-at", options->messages.ros2.camera_at,
+      .add_option("--ros2-camera-at X,Y,YAW", options->messages.ros2.camera_at,
                   "For ros2:/… with its poses: position of the left camera in the frame of the poses "
                   "(base_link), m ahead, m to the left, degrees to the left. The vehicle's frame is then stereo_grid, "
                   "and /tf has it.")
-      .delimiter(',')
-      .expected(3)
-      .type_name("X,Y,YAW");
+      .expected(3);
   command.add_flag("--ros2-sim-time", options->messages.ros2.uses_sim_time,
                    "For ros2:/…: use the time of /clock, as with use_sim_time; if it steps back, all begins "
                    "anew.");

@@ -6,11 +6,9 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <chrono>
 #include <filesystem>
 
 #include "stereogrid/capture/camera_pair.hpp"
-#include "stereogrid/capture/live_source.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/calibration.hpp"
 #include "stereogrid/io/rectifier.hpp"

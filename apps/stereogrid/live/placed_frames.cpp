@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "live/placed_frames.hpp"
+#include "live/live.hpp"
 
 #include <spdlog/spdlog.h>
 

@@ -7,7 +7,6 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 #include <optional>
-#include <vector>
 
 #include <fmt/format.h>
 

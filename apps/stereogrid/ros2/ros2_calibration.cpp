@@ -10,7 +10,7 @@
 #include <thread>
 #include <utility>
 
-#include "ros2/ros2_topics.hpp"
+#include "ros2/ros2_source.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/ros_image.hpp"
 #include "stereogrid/io/text.hpp"

@@ -12,7 +12,6 @@
 
 #include "live/live.hpp"
 #include "ros2/ros2_source.hpp"
-#include "ros2/ros2_topics.hpp"
 #include "ros2/transform_buffer.hpp"
 #include "stereogrid/dds/node.hpp"
 #include "stereogrid/error.hpp"

@@ -7,20 +7,14 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <limits>
-#include <map>
-#include <mutex>
-#include <optional>
 #include <utility>
 
-#include "ros2/transform_buffer.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/ros_image.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/messages/cdr.hpp"
 #include "stereogrid/messages/nav_msgs.hpp"
-#include "stereogrid/rosbag/rosbag.hpp"
 
 namespace stereogrid::app {
 namespace {

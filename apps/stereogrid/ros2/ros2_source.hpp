@@ -2,12 +2,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
+#include <cstddef>
+#include <map>
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <string>
+#include <vector>
 
+#include "input.hpp"
 #include "ros2/transform_buffer.hpp"
 #include "stereogrid/capture/camera_pair.hpp"
 #include "stereogrid/dds/node.hpp"
+#include "stereogrid/io/calibration.hpp"
+#include "stereogrid/mcap/bag.hpp"
 #include "stereogrid/rosbag/rosbag.hpp"
 
 namespace stereogrid::app {
@@ -49,5 +58,61 @@ class Ros2Source final : public capture::LiveSource {
   std::shared_ptr<dds::Node> node_;
   std::shared_ptr<State> state_;  // the node has it, too
 };
+
+/// Logs a wait that lasts.
+class Waiting {
+ public:
+  void print(const std::string& sentence);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  std::string sentence_;
+  std::string reported_;
+  Clock::time_point since_{Clock::now()};
+};
+
+/// Newest message of each topic; subscribed for the lifetime of this object.
+class NewestMessages {
+ public:
+  explicit NewestMessages(dds::Node& node) : node_{node} {}
+  NewestMessages(const NewestMessages&) = delete;
+  NewestMessages& operator=(const NewestMessages&) = delete;
+  ~NewestMessages();
+
+  /// A topic that has been added already: no effect.
+  void add(const mcap::Topic& topic);
+  [[nodiscard]] std::optional<std::vector<std::byte>> of(const std::string& topic) const;
+
+ private:
+  struct State {
+    std::mutex mutex;
+    std::map<std::string, std::vector<std::byte>> messages;  // empty: none yet
+  };
+
+  dds::Node& node_;
+  std::shared_ptr<State> state_{std::make_shared<State>()};  // the node has it, too
+};
+
+/// Start of a SOURCE of ROS 2, before the namespace.
+inline constexpr std::string_view ros2_scheme{"ros2:"};
+
+/// Topics that others publish below the namespace of SOURCE, all where the options name topics. `elsewhere`: names of
+/// the other topics of images.
+[[nodiscard]] std::vector<mcap::Topic> topics_of(const dds::Node& node, const InputOptions& options,
+                                                 std::string* elsewhere = nullptr);
+
+struct FoundImages {
+  rosbag::ImageTopics images;
+  mcap::Topic left;
+  mcap::Topic right;
+};
+
+/// Topics of left images and of right images or depth, chosen as in bags; logs what it waits for.
+[[nodiscard]] FoundImages wait_for_images(dds::Node& node, const InputOptions& options);
+
+/// Calibration of the file in the options, else of CameraInfo (and of DisparityImage), which is waited for. Throws
+/// InputError: it does not fit the images; depth that does not belong to them.
+[[nodiscard]] io::Calibration live_calibration(dds::Node& node, const InputOptions& options, const FoundImages& found);
 
 }  // namespace stereogrid::app

@@ -1,12 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "ros2/ros2_topics.hpp"
+#include "ros2/ros2_source.hpp"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <chrono>
 #include <thread>
 #include <utility>
 

@@ -9,10 +9,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 #include "stereogrid/error.hpp"
-#include "stereogrid/io/poses.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/rosbag/rosbag.hpp"
 

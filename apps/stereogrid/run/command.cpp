@@ -17,12 +17,10 @@ namespace {
 
 void add_output_options(Command command, RunOptions& options) {
   command.group(Group::output);
-  command.add_option("--out,-o", options.folder, "Folder of the results (docs/format.md).").type_name("DIR").required();
+  command.add_option("--out,-o DIR", options.folder, "Folder of the results (docs/format.md).").required();
   command.add_flag("--pictures", options.pictures, "Write a visualisation of every frame, too: pictures/NAME.png.");
-  command
-      .add_option("--video", options.video,
-                  "Write the visualisations as a video, too, with ffmpeg: .gif, .webp, or else H.264.")
-      .type_name("FILE.mp4|FILE.gif|FILE.webp");
+  command.add_option("--video FILE.mp4|FILE.gif|FILE.webp", options.video,
+                     "Write the visualisations as a video, too, with ffmpeg: .gif, .webp, or else H.264.");
   command.add_flag("--view", options.view, "Show the results in the browser during the run, too.");
   add_recording_option(command, options.messages, true);
   command.add_flag("--resume", options.resume, "Continue a stopped run, with the same results.");
@@ -32,9 +30,8 @@ void add_grid_options(Command command, RunOptions& options) {
   command.add_option("--fuse", options.fuse, "Fuse the stereo grid with one of the input's lidar sweeps (fusion.*).")
       .one_of({"none", "lidar"})
       .show_default();
-  command.add_option("--predict", options.predict_s, "Horizons in seconds of predicted grids: predictions/NAME.npz.")
-      .delimiter(',')
-      .type_name("S,S,...");
+  command.add_option("--predict S,S,...", options.predict_s,
+                     "Horizons in seconds of predicted grids: predictions/NAME.npz.");
 }
 
 void add_file_options(Command command, RunOptions& options) {
@@ -42,16 +39,12 @@ void add_file_options(Command command, RunOptions& options) {
   command.add_flag("--compact", options.compact,
                    "Small grids: in the vehicle's frame only, without covariances, occupancies to 1/256, velocities to "
                    "1/16 m/s, ages to 1/64 s.");
+  command.add_option("--layers LAYER,LAYER,...", options.layers,
+                     "Only these arrays of grids/NAME.npz: occupancy, velocity, age_s and so on (docs/format.md). Left "
+                     "out: all.");
   command
-      .add_option("--layers", options.layers,
-                  "Only these arrays of grids/NAME.npz: occupancy, velocity, age_s and so on (docs/format.md). Left "
-                  "out: all.")
-      .delimiter(',')
-      .type_name("LAYER,LAYER,...");
-  command
-      .add_option("--every", options.every,
+      .add_option("--every N", options.every,
                   "Process all frames, but write only those whose index in the input is a multiple of N.")
-      .type_name("N")
       .check(whole_number(1, 1'000'000'000))
       .show_default();
   command.add_flag("--save-stages", options.save_stages,
@@ -60,28 +53,23 @@ void add_file_options(Command command, RunOptions& options) {
 
 void add_long_run_options(Command command, RunOptions& options) {
   command.group(Group::long_runs);
+  command.add_option("--frames FIRST:LAST", options.frames,
+                     std::string{frame_range_help} + " The world frame is that of the whole input.");
   command
-      .add_option("--frames", options.frames,
-                  std::string{frame_range_help} + " The world frame is that of the whole input.")
-      .type_name("FIRST:LAST");
-  command
-      .add_option("--warm-up", options.warm_up,
+      .add_option("--warm-up N", options.warm_up,
                   "Frames processed before the first of --frames and not written, so that the "
                   "filter starts with their state.")
-      .type_name("N")
       .within(0, 1'000'000'000)
       .show_default();
   command
-      .add_option("--input-wait", options.input_wait_s,
+      .add_option("--input-wait S", options.input_wait_s,
                   "Maximum time to load a frame, as for a file system that hangs. Exit code 75.")
-      .type_name("S")
       .within(1, 1'000'000)
       .show_default();
   command
-      .add_option("--checkpoint-every", options.checkpoint_every,
+      .add_option("--checkpoint-every N", options.checkpoint_every,
                   "Interval in frames at which the state is saved for --resume; 0: never, so that --resume "
                   "has to work through the frames from the first one on again.")
-      .type_name("N")
       .within(0, 1'000'000'000)
       .show_default();
 }

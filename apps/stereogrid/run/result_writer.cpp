@@ -10,10 +10,7 @@
 #include <condition_variable>
 #include <deque>
 #include <exception>
-#include <filesystem>
 #include <mutex>
-#include <optional>
-#include <string>
 #include <system_error>
 #include <thread>
 #include <utility>
@@ -22,7 +19,6 @@
 #include "pictures/picture.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
-#include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/run_folder/description.hpp"
 #include "stereogrid/io/run_folder/frame_lines.hpp"
 #include "stereogrid/io/run_folder/run_record.hpp"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "pose_stage.hpp"
+#include "frame_stages.hpp"
 #include "stereogrid/frame.hpp"
 #include "stereogrid/io/run_folder/run_record.hpp"
 #include "stereogrid/pipeline.hpp"

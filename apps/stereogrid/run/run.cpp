@@ -7,27 +7,16 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <optional>
-#include <string>
 #include <utility>
 
 #include "cli/console.hpp"
 #include "cli/program.hpp"
 #include "diagnostics/frame_tally.hpp"
-#include "diagnostics/pose_check.hpp"
-#include "input.hpp"
 #include "locks/folder_lock.hpp"
-#include "pose_stage.hpp"
-#include "run/result_writer.hpp"
 #include "run/resume.hpp"
-#include "run/run_loop.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/recording.hpp"
-#include "stereogrid/io/run_folder/checkpoint.hpp"
 #include "stereogrid/io/run_folder/frame_lines.hpp"
-#include "stereogrid/io/run_folder/run_record.hpp"
-#include "stereogrid/pipeline.hpp"
-#include "sweeps.hpp"
 
 namespace stereogrid::app {
 namespace {

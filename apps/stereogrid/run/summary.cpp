@@ -1,17 +1,16 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "run/run_loop.hpp"
+#include "run/run.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cctype>
-#include <cstddef>
 
 #include "evaluate/truth_source.hpp"
 #include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/recording.hpp"
-#include "sweeps.hpp"
+#include "stereogrid/io/text.hpp"
 
 namespace stereogrid::app {
 namespace {

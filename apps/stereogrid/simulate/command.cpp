@@ -73,23 +73,17 @@ std::string scenes_help() {
 void add_simulate_command(Command tool, int& exit_code) {
   auto options{std::make_shared<SimulateOptions>()};
   const Command command{tool.add_command("simulate", "Write a built-in scene as a data set with ground truth.")};
-  command.add_option("SCENE", options->scene, scenes_help()).type_name("").required();
+  command.add_option("SCENE", options->scene, scenes_help()).required();
   command.group(Group::output);
-  command.add_option("--out,-o", options->folder, "Folder for the data set.").type_name("DIR").required();
+  command.add_option("--out,-o DIR", options->folder, "Folder for the data set.").required();
   command.add_flag("--no-truth", options->without_truth, "Do not write ground truth.");
   command.group(Group::scene);
-  command.add_option("--frames", options->frames, "Number of frames. Default: that of the scene.")
-      .type_name("N")
+  command.add_option("--frames N", options->frames, "Number of frames. Default: that of the scene.")
       .check(whole_number(1, 1'000'000));
-  command.add_option("--seed", options->seed, "Seed of the random layout.")
-      .type_name("N")
+  command.add_option("--seed N", options->seed, "Seed of the random layout.")
       .check(whole_number(0, std::numeric_limits<std::uint64_t>::max()));
-  command.add_option("--width", options->width_px, "Width of the images.")
-      .type_name("PX")
-      .check(whole_number(16, 8192));
-  command.add_option("--height", options->height_px, "Height of the images.")
-      .type_name("PX")
-      .check(whole_number(16, 8192));
+  command.add_option("--width PX", options->width_px, "Width of the images.").check(whole_number(16, 8192));
+  command.add_option("--height PX", options->height_px, "Height of the images.").check(whole_number(16, 8192));
   command.callback([options, &exit_code] { exit_code = simulate(*options); });
 }
 

@@ -153,7 +153,6 @@ void add_view_command(Command tool, int& exit_code) {
   auto options{std::make_shared<ViewOptions>()};
   const Command command{tool.add_command("view", "Play a run or a recording in the browser; Ctrl-C ends it.")};
   command.add_option("RUN", options->recording, "Folder of 'run --out', or a recording of 'run --mcap' (FILE.mcap).")
-      .type_name("")
       .required();
   add_page_options(command, options->page);
   command.callback([options, &exit_code] { exit_code = view(*options); });

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <optional>
 #include <span>
 #include <utility>
 
@@ -16,7 +15,6 @@
 #include "stereogrid/io/npz.hpp"
 #include "stereogrid/messages/frame_messages.hpp"
 #include "stereogrid/messages/sink.hpp"
-#include "stereogrid/server/server.hpp"
 
 namespace stereogrid::app {
 namespace {
