@@ -6,11 +6,8 @@
 #include <cctype>
 #include <charconv>
 #include <cstdlib>
-#include <map>
-#include <mutex>
 #include <random>
 #include <sstream>
-#include <string_view>
 
 #include "stereogrid/error.hpp"
 

@@ -7,16 +7,13 @@
 #include <cstring>
 #include <exception>
 #include <map>
-#include <mutex>
 #include <set>
 #include <span>
 #include <string_view>
-#include <utility>
 
 #include <dds/ddsrt/log.h>
 
 #include "names.hpp"
-#include "participant.hpp"
 
 namespace stereogrid::dds {
 namespace {

@@ -5,11 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <exception>
-#include <memory>
 #include <new>
-#include <string_view>
-
-#include "names.hpp"
 
 namespace stereogrid::dds {
 namespace {

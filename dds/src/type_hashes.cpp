@@ -8,7 +8,6 @@
 #include <array>
 #include <map>
 #include <new>
-#include <utility>
 
 #include "stereogrid/error.hpp"
 #include "stereogrid/messages/definition.hpp"

@@ -9,7 +9,6 @@
 
 #include "search.hpp"
 #include "stereogrid/error.hpp"
-#include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/messages/cdr.hpp"
 

@@ -7,7 +7,6 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/ros_image.hpp"
 #include "stereogrid/messages/cdr.hpp"
-#include "stereogrid/messages/sensor_msgs.hpp"
 
 namespace stereogrid::rosbag {
 namespace {

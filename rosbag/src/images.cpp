@@ -10,7 +10,6 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/ros_image.hpp"
 #include "stereogrid/io/text.hpp"
-#include "stereogrid/rosbag/rosbag.hpp"
 
 namespace stereogrid::rosbag {
 namespace {

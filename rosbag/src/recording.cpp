@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <string_view>
 
 #include "images.hpp"
 #include "search.hpp"
@@ -16,7 +15,6 @@
 #include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/messages/cdr.hpp"
-#include "stereogrid/messages/sensor_msgs.hpp"
 
 namespace stereogrid::rosbag {
 namespace {

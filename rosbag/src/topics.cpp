@@ -6,16 +6,13 @@
 
 #include <algorithm>
 #include <array>
-#include <set>
 #include <sstream>
-#include <string_view>
 #include <tuple>
 #include <utility>
 
 #include "search.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/text.hpp"
-#include "stereogrid/messages/sensor_msgs.hpp"
 
 namespace stereogrid::rosbag {
 namespace {

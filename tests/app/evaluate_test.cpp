@@ -7,14 +7,14 @@ namespace {
 
 /// A run of a scene that is small enough for tests.
 void run_scene(const std::string& scene, const fs::path& out) {
-  run_well({"run", scene, "--out", out.string(), "--set", "grid.length_m=30"});
+  run_well({"run", scene, "--out", out, "--set", "grid.length_m=30"});
 }
 
 TEST(Evaluate, ScoresARunAgainstItsScene) {
   const TemporaryFolder folder;
   run_scene("scene:crossing?frames=13&width=256&height=160", folder / "run");
-  const std::string json_file{(folder / "scores.json").string()};
-  const Outcome outcome{run_well({"evaluate", (folder / "run").string(), "--json", json_file})};
+  const std::string json_file{folder / "scores.json"};
+  const Outcome outcome{run_well({"evaluate", folder / "run", "--json", json_file})};
   EXPECT_THAT(outcome.output, HasSubstr("log-loss"));
   EXPECT_THAT(outcome.output, HasSubstr("motion"));
   const Json scores(json_of(json_file));
@@ -45,11 +45,11 @@ TEST(Evaluate, ScoresARunAgainstItsScene) {
 TEST(Evaluate, ScoresTerrainOfASceneAndOfItsDriveAlike) {
   const TemporaryFolder folder;
   const std::string scene{"scene:terrain?kind=box&width=256&height=160&frames=2"};
-  const std::string run{(folder / "run").string()};
+  const std::string run{folder / "run"};
   run_scene(scene, folder / "run");
-  run_well({"simulate", scene, "--out", (folder / "drive").string()});
+  run_well({"simulate", scene, "--out", folder / "drive"});
   const auto scores = [&](const std::vector<std::string>& input) {
-    std::vector<std::string> words{"evaluate", run, "--json", (folder / "scores.json").string()};
+    std::vector<std::string> words{"evaluate", run, "--json", folder / "scores.json"};
     words.insert(words.end(), input.begin(), input.end());
     EXPECT_THAT(run_well(words).output, HasSubstr("terrain (2 frames)"));
     return json_of(folder / "scores.json")["series"];
@@ -61,25 +61,25 @@ TEST(Evaluate, ScoresTerrainOfASceneAndOfItsDriveAlike) {
   EXPECT_GT(near["drivable_free"], 0.9);
   EXPECT_LT(near["drivable_occupied"], 0.02);
   EXPECT_TRUE(near["edges_found"].is_null());
-  EXPECT_EQ(scores({(folder / "drive").string()})["occupancy"]["terrain"], own["occupancy"]["terrain"]);
+  EXPECT_EQ(scores({folder / "drive"})["occupancy"]["terrain"], own["occupancy"]["terrain"]);
 }
 
 TEST(Evaluate, ReadsTheTruthOfADriveAsThatOfItsScene) {
   const TemporaryFolder folder;
   const std::string scene{small_scene("street", "&frames=2")};
   const fs::path drive{folder / "drive"};
-  run_well({"simulate", scene, "--out", drive.string()});
+  run_well({"simulate", scene, "--out", drive});
   run_scene(scene, folder / "run");
-  const std::string run{(folder / "run").string()};
+  const std::string run{folder / "run"};
   const auto band = [&](const std::vector<std::string>& input) {
-    const std::string file{(folder / "scores.json").string()};
+    const std::string file{folder / "scores.json"};
     std::vector<std::string> words{"evaluate", run, "--json", file};
     words.insert(words.end(), input.begin(), input.end());
     run_well(words);
     return json_of(file)["series"]["occupancy"]["bands"]["3-20"];
   };
   const Json by_scene(band({}));
-  for (const Json& other : {band({scene, "--truth", "truth"}), band({drive.string()})}) {
+  for (const Json& other : {band({scene, "--truth", "truth"}), band({drive})}) {
     for (const char* key : {"cells", "occupied", "auc", "balanced_log_loss", "iou_free", "depth_error_m"}) {
       EXPECT_EQ(other[key], by_scene[key]) << key;
     }
@@ -94,7 +94,7 @@ TEST(Evaluate, WritesAReportThatNeedsNothingElse) {
   const fs::path run{folder / "<!--<script>a<" / "script>"};
   run_scene(small_scene("crossing", "&frames=2"), run);
   const fs::path report{folder / "report.html"};
-  run_well({"evaluate", run.string(), "--html", report.string()});
+  run_well({"evaluate", run, "--html", report});
   const std::string page{text_of(report)};
   for (const char* part : {"<!doctype html>", "hidden_recall", "000001", "prefers-color-scheme", "function rocChart"}) {
     EXPECT_THAT(page, HasSubstr(part));
@@ -116,7 +116,7 @@ TEST(Evaluate, ScoresObstaclesWhereOnlyTheyAreLabelled) {
   const TemporaryFolder folder;
   const fs::path drive{folder / "drive"};
   const fs::path run{folder / "run"};
-  run_well({"simulate", small_scene("empty", "&frames=2"), "--out", drive.string()});
+  run_well({"simulate", small_scene("empty", "&frames=2"), "--out", drive});
   run_scene(drive.string(), run);
   fs::remove_all(drive / "truth");
   const auto label = [&](const std::string& name) {
@@ -135,9 +135,9 @@ TEST(Evaluate, ScoresObstaclesWhereOnlyTheyAreLabelled) {
   wall["outline_m"] = Json::array({{7, -2}, {7, 2}});
   lines[1]["obstacles"] = {car, wall};
   std::ofstream{run / "frames.jsonl"} << lines[0].dump() + "\n" + lines[1].dump() + "\n";
-  const std::string file{(folder / "scores.json").string()};
+  const std::string file{folder / "scores.json"};
   const fs::path report{folder / "report.html"};
-  run_well({"evaluate", run.string(), "--json", file, "--html", report.string()});
+  run_well({"evaluate", run, "--json", file, "--html", report});
   const Json scores(json_of(file));
   EXPECT_EQ(scores["about"]["obstacles"], "labelled boxes, 1 frames");
   EXPECT_TRUE(scores["series"].empty());
@@ -151,24 +151,24 @@ TEST(Evaluate, ScoresObstaclesWhereOnlyTheyAreLabelled) {
   }
 
   label("000007");
-  EXPECT_THAT(errors_of(65, {"evaluate", run.string()}), HasSubstr("has object labels from 1 s on"));
+  EXPECT_THAT(errors_of(65, {"evaluate", run}), HasSubstr("has object labels from 1 s on"));
 }
 
 TEST(Evaluate, RefusesCellsOfAnotherSize) {
   const TemporaryFolder folder;
   const std::string scene{small_scene("empty", "&frames=1")};
-  run_well({"run", scene, "--out", (folder / "run").string(), "--set", "grid.cell_size_m=0.5"});
-  EXPECT_THAT(errors_of(65, {"evaluate", (folder / "run").string(), scene}), HasSubstr("grid.cell_size_m=0.2"));
+  run_well({"run", scene, "--out", folder / "run", "--set", "grid.cell_size_m=0.5"});
+  EXPECT_THAT(errors_of(65, {"evaluate", folder / "run", scene}), HasSubstr("grid.cell_size_m=0.2"));
 }
 
 TEST(Evaluate, SaysWhatIsMissing) {
   const TemporaryFolder folder;
   const std::string scene{small_scene("empty", "&frames=2")};
   const fs::path drive{folder / "drive"};
-  run_well({"simulate", scene, "--out", drive.string()});
+  run_well({"simulate", scene, "--out", drive});
   run_scene(drive.string(), folder / "run");
   const auto error_text = [&](const std::vector<std::string>& words) {
-    std::vector<std::string> all{"evaluate", (folder / "run").string()};
+    std::vector<std::string> all{"evaluate", folder / "run"};
     all.insert(all.end(), words.begin(), words.end());
     const Outcome outcome{run_tool(all)};
     EXPECT_EQ(outcome.exit_code, 65);
@@ -181,14 +181,14 @@ TEST(Evaluate, SaysWhatIsMissing) {
 
   // the same frames under other names
   const fs::path other{folder / "other"};
-  run_well({"simulate", scene, "--out", other.string()});
+  run_well({"simulate", scene, "--out", other});
   const std::string lines{text_of(other / "truth" / "objects.jsonl")};
   std::string renamed{lines};
   for (std::size_t at{renamed.find("\"00000")}; at != std::string::npos; at = renamed.find("\"00000", at + 1)) {
     renamed.replace(at, 6, "\"10000");
   }
   std::ofstream{other / "truth" / "objects.jsonl"} << renamed;
-  EXPECT_THAT(error_text({other.string()}), HasSubstr("none of its frames (000000 to 000001) has ground truth"));
+  EXPECT_THAT(error_text({other}), HasSubstr("none of its frames (000000 to 000001) has ground truth"));
 
   fs::remove_all(drive / "truth");
   EXPECT_THAT(error_text({}), HasSubstr("has no lidar sweeps"));

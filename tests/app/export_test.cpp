@@ -72,15 +72,15 @@ class Export : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder = std::make_unique<TemporaryFolder>();
-    run_well({"run", small_scene("crossing", "&frames=8"), "--out", run().string(), "--frames", "2:6", "--mcap",
-              (*folder / "scan.mcap").string(), "--mcap-topics", "scan"});
+    run_well({"run", small_scene("crossing", "&frames=8"), "--out", run(), "--frames", "2:6", "--mcap",
+              *folder / "scan.mcap", "--mcap-topics", "scan"});
   }
   static void TearDownTestSuite() { folder.reset(); }
   static fs::path run() { return folder->path() / "run"; }
   static Arrays grids(int index) { return io::read_npz(run() / "grids" / ("00000" + std::to_string(index) + ".npz")); }
   /// The words of a command that writes into the tests' folder.
   static std::vector<std::string> words(std::vector<std::string> options) {
-    options.insert(options.begin(), {"export", run().string()});
+    options.insert(options.begin(), {"export", run()});
     return options;
   }
   static std::string at(const std::string& name) { return (*folder / name).string(); }
@@ -152,7 +152,7 @@ TEST_F(Export, RefusesWhatCannotBe) {
       {words({"--frame", "-1", "--nav2-map", at("never")}), 64, "-1 is not a whole number"},
       {words({"--laserscan", at("mine.csv"), "--nav2-map", at("never")}), 64, "mine.csv is there already"},
       {words({"--nav2-map", at("there")}), 64, "map.pgm is there already"},
-      {{"export", folder->path().string(), "--laserscan", at("never")}, 65, "run.json"}};
+      {{"export", folder->path(), "--laserscan", at("never")}, 65, "run.json"}};
   for (const Refused& refused : all) {
     const Outcome outcome{run_tool(refused.words)};
     EXPECT_EQ(outcome.exit_code, refused.exit_code) << outcome.errors;
@@ -167,7 +167,7 @@ TEST_F(Export, WritesNothingWhereAGridIsDamaged) {
   fs::copy(run(), damaged, fs::copy_options::recursive);
   std::ofstream{damaged / "grids" / "000006.npz"} << "no grid";
   for (const char* option : {"--laserscan", "--nav2-map"}) {
-    EXPECT_THAT(errors_of(65, {"export", damaged.string(), option, at("none")}), HasSubstr("000006.npz"));
+    EXPECT_THAT(errors_of(65, {"export", damaged, option, at("none")}), HasSubstr("000006.npz"));
     EXPECT_FALSE(fs::exists(*folder / "none"));
   }
 }

@@ -178,7 +178,7 @@ TEST(Config, ShowsAPreset) {
 
 TEST(Config, TakesAFileAndThenSettings) {
   const TemporaryFolder folder;
-  const std::string file{(folder / "mine.yaml").string()};
+  const std::string file{folder / "mine.yaml"};
   std::ofstream{file} << "grid: {length_m: 35, width_m: 25}\n";
   const Json json(Json::parse(
       run_well({"config", "--json", "--config", file, "--set", "grid.width_m=15", "--set", "tracking.confirm_frames=5"})
@@ -190,7 +190,7 @@ TEST(Config, TakesAFileAndThenSettings) {
 
 TEST(Config, PrintsAFileThatItReads) {
   const TemporaryFolder folder;
-  const std::string file{(folder / "robot.yaml").string()};
+  const std::string file{folder / "robot.yaml"};
   const std::string yaml{run_well({"config", "--preset", "robot", "--set", "grid.width_m=7", "--yaml"}).output};
   EXPECT_THAT(yaml, HasSubstr("width_m: 7"));
   std::ofstream{file} << yaml;
@@ -201,11 +201,11 @@ TEST(Config, PrintsAFileThatItReads) {
 TEST(Simulate, WritesADriveThatRunReadsLikeTheScene) {
   const TemporaryFolder folder;
   const std::string scene{small_scene("street", "&frames=3")};
-  run_well({"simulate", scene, "--out", (folder / "drive").string()});
+  run_well({"simulate", scene, "--out", folder / "drive"});
   EXPECT_THAT(files_in(folder / "drive"), ElementsAre("calibration.yaml", "left", "poses.csv", "right", "truth"));
   EXPECT_THAT(files_in(folder / "drive" / "left"), ElementsAre("000000.png", "000001.png", "000002.png"));
-  run_well({"run", scene, "--out", (folder / "a").string()});
-  run_well({"run", (folder / "drive").string(), "--out", (folder / "b").string()});
+  run_well({"run", scene, "--out", folder / "a"});
+  run_well({"run", folder / "drive", "--out", folder / "b"});
   // poses.csv has whole micrometres
   const std::vector<Json> a(lines_of(folder / "a"));
   const std::vector<Json> b(lines_of(folder / "b"));
@@ -219,16 +219,16 @@ TEST(Simulate, WritesADriveThatRunReadsLikeTheScene) {
 
 TEST(Simulate, ObeysItsOptions) {
   const TemporaryFolder folder;
-  run_well({"simulate", "empty", "--out", (folder / "drive").string(), "--frames", "2", "--seed", "7", "--width", "96",
-            "--height", "64", "--no-truth"});
+  run_well({"simulate", "empty", "--out", folder / "drive", "--frames", "2", "--seed", "7", "--width", "96", "--height",
+            "64", "--no-truth"});
   EXPECT_THAT(files_in(folder / "drive"), ElementsAre("calibration.yaml", "left", "poses.csv", "right"));
   EXPECT_EQ(files_in(folder / "drive" / "right").size(), 2U);
 }
 
 TEST(Info, ReportsWhatIsThere) {
   const TemporaryFolder folder;
-  run_well({"simulate", small_scene("street", "&frames=3"), "--out", (folder / "drive").string()});
-  const std::string said{run_well({"info", (folder / "drive").string()}).output};
+  run_well({"simulate", small_scene("street", "&frames=3"), "--out", folder / "drive"});
+  const std::string said{run_well({"info", folder / "drive"}).output};
   for (const char* part : {"plain folder", "3, 000000 to 000002", "160 × 100 px", "calibration.yaml", "poses.csv",
                            "10 frames per second", "100 × 100 cells", "3 can be used", "fine"}) {
     EXPECT_THAT(said, HasSubstr(part));
@@ -247,9 +247,9 @@ TEST(Info, SaysWhichStepsAreVisibleAndProposesThePresetOfALowCamera) {
 
 TEST(Info, RejectsADamagedFrameAndStaysUsable) {
   const TemporaryFolder folder;
-  run_well({"simulate", small_scene("street", "&frames=3"), "--out", (folder / "drive").string()});
+  run_well({"simulate", small_scene("street", "&frames=3"), "--out", folder / "drive"});
   fs::resize_file(folder / "drive" / "left" / "000001.png", 100);
-  const std::string said{run_well({"info", (folder / "drive").string()}).output};
+  const std::string said{run_well({"info", folder / "drive"}).output};
   EXPECT_THAT(said, HasSubstr("frame 000001 cannot be used"));
   EXPECT_THAT(said, HasSubstr("usable"));
 }

@@ -83,7 +83,7 @@ fs::path small_calibration(const TemporaryFolder& folder) {
 TEST(Live, PlaysARecordingAndEndsWithIt) {
   const TemporaryFolder folder;
   const Outcome done{run_well({"live", small_scene("street", "&frames=8"), "--listen", ":0", "--mcap",
-                               (folder / "live.mcap").string(), "--mcap-topics", "occupancy_grid,status"})};
+                               folder / "live.mcap", "--mcap-topics", "occupancy_grid,status"})};
   EXPECT_THAT(done.output, HasSubstr("open http://127.0.0.1:"));
   EXPECT_THAT(done.errors, HasSubstr("latency"));
   const auto bag{mcap::open_bag(folder / "live.mcap")};
@@ -97,7 +97,7 @@ TEST(Live, NotifiesAServiceManagerThatItIsAlive) {
   const TemporaryFolder folder;
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
-  const std::string path{(folder / "notify").string()};
+  const std::string path{folder / "notify"};
   ASSERT_LT(path.size(), sizeof address.sun_path);
   std::copy(path.begin(), path.end(), address.sun_path);
   const int manager{socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)};
@@ -145,10 +145,10 @@ TEST(Live, ShowsAnotherProgramsCamerasAndSaysWhenTheyGo) {
   }
   const TemporaryFolder folder;
   const fs::path drive{folder / "drive"};
-  run_well({"simulate", small_scene("street", "&frames=6"), "--out", drive.string()});
+  run_well({"simulate", small_scene("street", "&frames=6"), "--out", drive});
   const std::uint16_t port{free_port()};
   Process live{{"live", "gst:" + shared_camera(folder, "left") + shared_camera(folder, "right"), "--poses", "none",
-                "--calibration", (drive / "calibration.yaml").string(), "--listen", at(port)}};
+                "--calibration", drive / "calibration.yaml", "--listen", at(port)}};
   const auto health_has = [&](const char* part) { return get(port, "/healthz").find(part) != std::string::npos; };
   ASSERT_TRUE(becomes([&] { return health_has("Could not open socket"); }));
   for (int round{0}; round < 2; ++round) {
@@ -179,8 +179,7 @@ TEST(Live, ServesThePageAndMetrics) {
 TEST(Live, ShowsARun) {
   const TemporaryFolder folder;
   const std::uint16_t port{free_port()};
-  Process run{{"run", small_scene("street", "&frames=1000"), "--out", (folder / "run").string(), "--view", "--listen",
-               at(port)}};
+  Process run{{"run", small_scene("street", "&frames=1000"), "--out", folder / "run", "--view", "--listen", at(port)}};
   EXPECT_TRUE(becomes([&] { return get(port, "/healthz").find("200 OK") != std::string::npos; }));
   EXPECT_THAT(get(port, "/metrics"), HasSubstr("stereogrid_frames_total"));
   run.send(SIGINT);
@@ -202,7 +201,7 @@ TEST(Live, RefusesWhatCannotBe) {
   expect_error({"/dev/video97", "--calibration", calibration, "--poses", "poses.txt"}, 64, "--poses of a camera");
   expect_error({"/dev/video97", "--calibration", calibration, "--speed", "2"}, 64, "--speed is of recordings");
   expect_error({"/dev/video97", "--calibration", calibration, "--loop"}, 64, "--loop is of recordings");
-  expect_error({(folder / "none").string()}, 65, "no such file");
+  expect_error({folder / "none"}, 65, "no such file");
   expect_error({small_scene("street", ""), "--speed", "0"}, 64, "--speed");
 }
 
@@ -213,9 +212,9 @@ TEST(Live, ListensOnlyWhereSomethingIsShown) {
 
 TEST(Live, CountsAFrameThatCannotBeReadOnce) {
   const TemporaryFolder folder;
-  run_well({"simulate", small_scene("street", "&frames=6"), "--out", (folder / "drive").string()});
+  run_well({"simulate", small_scene("street", "&frames=6"), "--out", folder / "drive"});
   std::ofstream{folder / "drive/left/000002.png"} << "damaged";
-  const Outcome done{run_well({"live", (folder / "drive").string(), "--listen", ":0"})};
+  const Outcome done{run_well({"live", folder / "drive", "--listen", ":0"})};
   EXPECT_THAT(done.errors, HasSubstr("cannot be used: 1"));
 }
 

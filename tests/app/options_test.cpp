@@ -25,7 +25,7 @@ void expect_refused(const Refused& refused, int exit_code) {
 
 TEST(Options, FramesOutOfRangeAreRefused) {
   const TemporaryFolder folder;
-  const std::string out{(folder / "run").string()};
+  const std::string out{folder / "run"};
   const std::string scene{small_scene("empty", "&frames=4")};
   const auto run = [&](const std::string& frames) {
     return std::vector<std::string>{"run", scene, "--out", out, "--frames", frames};
@@ -43,7 +43,7 @@ TEST(Options, FramesOutOfRangeAreRefused) {
 
 TEST(Options, SimulateRefusesWhatIsNoNumberOfFramesAndNoSeed) {
   const TemporaryFolder folder;
-  const std::string out{(folder / "drive").string()};
+  const std::string out{folder / "drive"};
   const auto simulate = [&](const char* option, const char* value) {
     return std::vector<std::string>{"simulate", "empty",    "--out", out,    "--width",
                                     "64",       "--height", "48",    option, value};
@@ -67,7 +67,7 @@ TEST(Options, SimulateRefusesWhatIsNoNumberOfFramesAndNoSeed) {
 
 TEST(Options, NumbersThatAreNoneAreRefused) {
   const TemporaryFolder folder;
-  const std::string out{(folder / "never").string()};
+  const std::string out{folder / "never"};
   for (const char* number : {"nan", "5.1", "1.6m"}) {
     const std::string said{std::string{"--camera-height: "} + number + " is not a number from 0.3 to 5"};
     expect_refused({{"evaluate", "no_run", "--camera-height", number}, said}, 64);
@@ -81,7 +81,7 @@ TEST(Options, NumbersThatAreNoneAreRefused) {
 // Each value is within its range.
 TEST(Options, AGridOfNoCellsIsRefused) {
   const TemporaryFolder folder;
-  const std::string out{(folder / "never").string()};
+  const std::string out{folder / "never"};
   const std::string scene{small_scene("empty", "&frames=1")};
   const std::string said{"grid.length_m is 1, grid.cell_size_m is 5: no cell along that side"};
   const auto with_grid = [](std::vector<std::string> words) {
@@ -99,8 +99,8 @@ TEST(Options, AGridOfNoCellsIsRefused) {
 TEST(Options, PicturesOfAWideGridAreNoWiderThanOthers) {
   const TemporaryFolder folder;
   const fs::path out{folder / "run"};
-  run_well({"run", small_scene("empty", "&frames=1"), "--out", out.string(), "--pictures", "--set", "grid.length_m=1",
-            "--set", "grid.width_m=500", "--set", "grid.cell_size_m=1"});
+  run_well({"run", small_scene("empty", "&frames=1"), "--out", out, "--pictures", "--set", "grid.length_m=1", "--set",
+            "grid.width_m=500", "--set", "grid.cell_size_m=1"});
   const fs::directory_iterator picture{out / "pictures"};
   const Image<std::uint8_t> read{io::read_grey(picture->path())};
   EXPECT_LT(read.width(), 4000);
@@ -108,7 +108,7 @@ TEST(Options, PicturesOfAWideGridAreNoWiderThanOthers) {
 
 TEST(Options, EmptyValuesAreRefused) {
   const TemporaryFolder folder;
-  const std::string out{(folder / "never").string()};
+  const std::string out{folder / "never"};
   const std::string said{"is empty"};
   for (const char* option : {"--config", "--video", "--calibration", "--poses", "--disparities", "--frames"}) {
     expect_refused({{"run", small_scene("empty", "&frames=1"), "--out", out, option, ""}, option + (": " + said)}, 64);
@@ -127,7 +127,7 @@ TEST(Options, AFileWhereTheResultsShouldGoStaysAsItIs) {
   const fs::path file{folder / "a_file"};
   std::ofstream{file} << "text";
   for (const char* command : {"run", "simulate"}) {
-    EXPECT_THAT(errors_of(75, {command, small_scene("empty", "&frames=1"), "--out", file.string()}),
+    EXPECT_THAT(errors_of(75, {command, small_scene("empty", "&frames=1"), "--out", file}),
                 AllOf(HasSubstr(file.string()), HasSubstr("the folder cannot be made")));
   }
   EXPECT_EQ(text_of(file), "text");
@@ -152,7 +152,7 @@ TEST(Options, HelpListsEveryExitCode) {
 }
 
 std::vector<std::string> long_run(const fs::path& out, const std::string& frames = ":") {
-  return {"run", small_scene("street", "&frames=400"), "--out", out.string(), "--resume", "--frames", frames};
+  return {"run", small_scene("street", "&frames=400"), "--out", out, "--resume", "--frames", frames};
 }
 
 TEST(Signals, LeaveWholeFramesAndARunThatGoesOn) {

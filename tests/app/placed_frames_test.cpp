@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "live/placed_frames.hpp"
+#include "live/live.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,6 @@
 #include <future>
 #include <limits>
 #include <stdexcept>
-#include <thread>
 
 #include "stereogrid/error.hpp"
 

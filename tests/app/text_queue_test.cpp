@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/text_queue.hpp"
+#include "cli/console.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -9,12 +9,9 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cerrno>
-#include <chrono>
 #include <cstdio>
 #include <sstream>
-#include <string>
 #include <thread>
 
 namespace stereogrid::app {

@@ -71,6 +71,20 @@ inline Cluster box_between(Point2 least, Point2 most, Point2 velocity, double si
   return cluster;
 }
 
+/// A tracker and its world. `occupancy`: of all cells.
+struct TrackedBlobs {
+  TrackedBlobs() = default;
+  explicit TrackedBlobs(float occupancy) { world.layers.occupancy.fill(occupancy); }
+
+  void update(const std::vector<Cluster>& clusters, double dt_s) { test::update(tracker, world, clusters, dt_s); }
+  [[nodiscard]] std::vector<Obstacle> report(const Pose2& world_from_vehicle = {}) const {
+    return report_of(tracker, world_from_vehicle);
+  }
+
+  GroundSeenFree world;
+  Tracker tracker{plain_config(), PaintedObstacles::rig()};
+};
+
 inline GroundSeenFree wide_world() {
   GroundSeenFree world;
   world.layers.geometry = {-30, -30, 0.5, 120, 120};

@@ -4,7 +4,6 @@
 // Matching on the device equals the reference to the bit: candidates, disparities, labels, confidences.
 #include "matching_run.hpp"
 
-#include "backend/reference.hpp"
 #include "matching/checks/external.hpp"
 
 namespace stereogrid::test {

@@ -5,8 +5,6 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
-#include <utility>
-#include <vector>
 
 namespace stereogrid::evaluation::testing {
 namespace {

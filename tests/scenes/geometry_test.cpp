@@ -8,7 +8,6 @@
 #include "truth/truth.hpp"
 #include "world/height_field.hpp"
 #include "world/numbers.hpp"
-#include "world/relief.hpp"
 #include "world/shapes.hpp"
 #include "world/world.hpp"
 

@@ -4,7 +4,6 @@
 
 #include <functional>
 #include <limits>
-#include <map>
 #include <nlohmann/json.hpp>
 
 #include "stereogrid/error.hpp"

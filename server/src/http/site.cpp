@@ -11,12 +11,10 @@
 #include <cctype>
 #include <cstdio>
 #include <exception>
-#include <map>
 #include <set>
 #include <utility>
 
 #include "foxglove/protocol.hpp"
-#include "http/message.hpp"
 #include "stereogrid/error.hpp"
 
 namespace stereogrid::server {

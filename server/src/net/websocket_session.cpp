@@ -8,7 +8,6 @@
 
 #include <array>
 #include <boost/asio/post.hpp>
-#include <chrono>
 #include <utility>
 
 #include "foxglove/protocol.hpp"

@@ -125,7 +125,7 @@ TEST_F(BagDepth, MayBeRvl) {
 
 TEST_F(BagDepth, IsSaidByInfo) {
   write("/camera/infra1/image_rect_raw", "/camera/depth/image_rect_raw", millimetres(), false);
-  const Outcome outcome{run_well({"info", bag().string()})};
+  const Outcome outcome{run_well({"info", bag()})};
   EXPECT_THAT(outcome.output, HasSubstr("depth of /camera/depth/image_rect_raw"));
   EXPECT_THAT(outcome.output, HasSubstr("a virtual one of"));
 }

@@ -86,15 +86,14 @@ std::unique_ptr<TemporaryFolder> Bags::folder;
 void Bags::SetUpTestSuite() {
   folder = std::make_unique<TemporaryFolder>();
   // values without rounding errors; CameraInfo has no extrinsics
-  run_well({"simulate", small_scene("street", "&frames=4&focal=128&baseline=0.25"), "--out", drive().string(),
-            "--no-truth"});
+  run_well({"simulate", small_scene("street", "&frames=4&focal=128&baseline=0.25"), "--out", drive(), "--no-truth"});
   std::istringstream lines{text_of(drive() / "calibration.yaml")};
   std::string without;
   for (std::string line; std::getline(lines, line);) {
     if (!line.starts_with("mount")) without += line + "\n";
   }
   std::ofstream{drive() / "calibration.yaml"} << without;
-  run_well({"run", drive().string(), "--out", plain().string(), "--poses", "none"});
+  run_well({"run", drive(), "--out", plain(), "--poses", "none"});
 }
 
 CameraInfo Bags::info(bool is_right) {
@@ -165,7 +164,7 @@ std::vector<Entry> Bags::entries(const Wanted& wanted) {
 
 Outcome Bags::run_bag(const fs::path& path, const std::vector<std::string>& more) {
   fs::remove_all(out());
-  std::vector<std::string> words{"run", path.string(), "--out", out().string()};
+  std::vector<std::string> words{"run", path, "--out", out()};
   words.insert(words.end(), more.begin(), more.end());
   return run_tool(words);
 }
@@ -181,7 +180,7 @@ std::string Bags::expect_plain(const std::vector<Entry>& content) {
 void Bags::expect_error(const std::vector<Entry>& content, const std::string& said,
                         const std::vector<std::string>& more) {
   write_mcap(bag(), content);
-  std::vector<std::string> words{"info", bag().string()};
+  std::vector<std::string> words{"info", bag()};
   words.insert(words.end(), more.begin(), more.end());
   const Outcome outcome{run_tool(words)};
   EXPECT_EQ(outcome.exit_code, 65) << said;

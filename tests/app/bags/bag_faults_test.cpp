@@ -31,7 +31,7 @@ TEST_F(Bags, WhatIsWrongWithTheCalibrationIsNamed) {
                "/right/camera_info: has in 'R' a rotation that is not a rotation matrix");
   // a file mends all of it
   write_mcap(bag(), entries({.has_infos = false}));
-  const std::string file{(drive() / "calibration.yaml").string()};
+  const std::string file{drive() / "calibration.yaml"};
   ASSERT_EQ(run_bag(bag(), {"--poses", "none", "--calibration", file}).exit_code, 0);
   expect_equal_runs(plain(), *folder / "out");
 }
@@ -55,7 +55,7 @@ TEST_F(Bags, ImagesThatAreRectifiedTwiceAreNoticed) {
              entries({.left = "/left/image_raw",
                       .right = "/right/image_raw",
                       .spoil_infos = [&](CameraInfo&, CameraInfo& right) { right.r = {1, 0, 0, 0, c, -s, 0, s, c}; }}));
-  const Outcome outcome{run_tool({"info", bag().string()})};
+  const Outcome outcome{run_tool({"info", bag()})};
   EXPECT_EQ(outcome.exit_code, 65) << outcome.output << outcome.errors;
   EXPECT_THAT(outcome.output + outcome.errors, HasSubstr("these are rectified already"));
 }

@@ -94,7 +94,7 @@ TEST_F(BagInfos, OfOneCameraAreNotTakenForBoth) {
   all = entries({.has_infos = false});
   add(all, "/left/camera_info", info(false), "left");
   expect_error(all, "are images of two; /right/camera_info is missing");
-  EXPECT_THAT(run_tool({"info", bag().string()}).errors, Not(HasSubstr("the baseline is zero")));
+  EXPECT_THAT(run_tool({"info", bag()}).errors, Not(HasSubstr("the baseline is zero")));
 }
 
 TEST_F(BagInfos, OfThreeCamerasAreRefused) {
@@ -129,7 +129,7 @@ TEST_F(BagInfos, ThatCannotBeDecodedAreSkipped) {
 
 TEST_F(BagInfos, AreWhatTheCalibrationIs) {
   write_mcap(bag(), entries({}));
-  EXPECT_THAT(run_tool({"info", bag().string()}).output,
+  EXPECT_THAT(run_tool({"info", bag()}).output,
               AllOf(HasSubstr("calibration  CameraInfo of /left/camera_info and /right/camera_info"),
                     Not(HasSubstr("none (CameraInfo"))));
 }

@@ -51,7 +51,7 @@ class BagPoses : public Bags {
                                const std::string& source = "/odom (nav_msgs/Odometry)") {
     const std::string said{source + ": " + reason};
     write_mcap(bag(), content);
-    const Outcome info{run_tool({"info", bag().string()})};
+    const Outcome info{run_tool({"info", bag()})};
     EXPECT_EQ(info.exit_code, 0) << info.errors;
     EXPECT_THAT(info.output, AllOf(HasSubstr("problem"), HasSubstr(said), HasSubstr("none: visual odometry")));
     const Outcome run{run_bag(bag(), {})};
@@ -120,7 +120,7 @@ TEST_F(BagPoses, SomeDroppedLeaveTheOthers) {
   EXPECT_THAT(outcome.errors, HasSubstr(said));
   const std::vector<double> yaws{yaws_rad()};
   for (std::size_t i{0}; i < frames; ++i) EXPECT_NEAR(yaws[i], yaw_step_rad * static_cast<double>(i), 1e-9);
-  const Outcome info{run_tool({"info", bag().string()})};
+  const Outcome info{run_tool({"info", bag()})};
   EXPECT_THAT(info.output, AllOf(HasSubstr(said), HasSubstr("poses        /odom (nav_msgs/Odometry)")));
 }
 
@@ -141,7 +141,7 @@ TEST_F(BagPoses, ThatContradictEachOtherAreCounted) {
     if (one.topic == "/odom") all.push_back(one);
   }
   write_mcap(bag(), all);
-  EXPECT_THAT(run_tool({"info", bag().string()}).output,
+  EXPECT_THAT(run_tool({"info", bag()}).output,
               HasSubstr("1 of 8 poses are dropped: 1 with the stamp of another pose"));
 }
 
@@ -174,7 +174,7 @@ TEST_F(BagPoses, OfTfAreTheOnesLookedAt) {
 TEST_F(BagPoses, WithoutTheTransformTheOthersAreNamed) {
   write_mcap(bag(), with_tf(entries({}), "odom", "base_footprint", 1));
   const char* const said{"/tf (odom → base_link) is not there, only base_link → wheel, odom → base_footprint"};
-  EXPECT_THAT(run_tool({"info", bag().string()}).output, HasSubstr(said));
+  EXPECT_THAT(run_tool({"info", bag()}).output, HasSubstr(said));
   EXPECT_THAT(run_bag(bag(), {}).errors, HasSubstr(said));
 }
 

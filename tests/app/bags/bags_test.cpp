@@ -52,7 +52,7 @@ TEST_F(Bags, ADarkFirstFrameDoesNotSetTheScaleOfSixteenBits) {
     if (all[i].data.size() > sample_bytes) darken(all[i], sample_bytes);
   }
   write_mcap(bag(), all);
-  EXPECT_THAT(run_well({"info", bag().string()}).output, HasSubstr("12 bits in 16"));
+  EXPECT_THAT(run_well({"info", bag()}).output, HasSubstr("12 bits in 16"));
   ASSERT_EQ(run_bag(bag()).exit_code, 0);
   const auto lines{lines_of(out())};
   const auto bright{lines_of(plain())};
@@ -84,7 +84,7 @@ TEST_F(Bags, ZedsKindsOfImagesAreOneCamera) {
 TEST_F(Bags, FramesAreTakenFromTheMiddleAndARunGoesOn) {
   write_mcap(bag(), entries({}));
   ASSERT_EQ(run_bag(bag(), {"--poses", "none", "--frames", "0:1"}).exit_code, 0);
-  run_well({"run", bag().string(), "--out", (*folder / "out").string(), "--poses", "none", "--resume"});
+  run_well({"run", bag(), "--out", *folder / "out", "--poses", "none", "--resume"});
   expect_equal_runs(plain(), *folder / "out");
   ASSERT_EQ(run_bag(bag(), {"--poses", "none", "--frames", "3:"}).exit_code, 0);
   EXPECT_EQ(lines_of(*folder / "out").front()["stamp_ns"], stamp_of(3));
@@ -129,8 +129,8 @@ TEST_F(Bags, ARawPairIsThatOfItsCameraInfo) {
       const std::size_t at{outcome.output.find("camera ")};
       return outcome.output.substr(at, outcome.output.find('\n', at) - at);
     };
-    const Outcome by_bag{run_tool({"info", bag().string()})};
-    const Outcome by_file{run_tool({"info", bag().string(), "--calibration", file.string()})};
+    const Outcome by_bag{run_tool({"info", bag()})};
+    const Outcome by_file{run_tool({"info", bag(), "--calibration", file})};
     EXPECT_THAT(by_bag.output, HasSubstr("raw images: rectified on loading"));
     EXPECT_THAT(camera_of(by_bag), HasSubstr("baseline 0.25 m"));
     EXPECT_EQ(camera_of(by_bag), camera_of(by_file)) << by_bag.output << by_bag.errors << by_file.errors;
@@ -164,7 +164,7 @@ TEST_F(Bags, PosesAreThoseOfOdometryOrTf) {
     tf.transforms[1].transform.rotation = turned_by(place.yaw_rad);
     with_tf.push_back(entry("/tf", start_ns + pose.stamp_ns, tf));
   }
-  run_well({"run", drive().string(), "--out", (*folder / "driven").string()});
+  run_well({"run", drive(), "--out", *folder / "driven"});
   const std::vector<Json> expected = lines_of(*folder / "driven");
   for (const auto& [content, source] :
        {std::pair{with_odometry, "/odom (nav_msgs/Odometry)"}, {with_tf, "/tf (odom"}}) {
@@ -203,7 +203,7 @@ TEST_F(Bags, WithTwoPairsOfCamerasItIsAskedWhich) {
   EXPECT_THAT(outcome.errors, HasSubstr("/rear_left/image_rect and /rear_right/image_rect: 4 frames"));
   expect_equal_runs(plain(), *folder / "out");
   expect_error(two, "has no images on /front", {"--left-topic", "/front", "--right-topic", "/right/image_rect"});
-  const Outcome no_bag{run_tool({"info", drive().string(), "--left-topic", "/left/image_rect"})};
+  const Outcome no_bag{run_tool({"info", drive(), "--left-topic", "/left/image_rect"})};
   EXPECT_EQ(no_bag.exit_code, 64);
 }
 

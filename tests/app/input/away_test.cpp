@@ -49,15 +49,15 @@ class Away : public Bags {
 };
 
 TEST_F(Away, APlainFolder) {
-  const std::string drive{path("drive").string()};
-  expect_try_again({"run", drive, "--frames", "0:1", "--out", path("out").string()}, drive);
+  const std::string drive{path("drive")};
+  expect_try_again({"run", drive, "--frames", "0:1", "--out", path("out")}, drive);
 }
 
 TEST_F(Away, ImagesWithDisparities) {
   const fs::path drive{path("given")};
-  run_well({"simulate", small_scene("street", "&frames=2"), "--out", drive.string()});
+  run_well({"simulate", small_scene("street", "&frames=2"), "--out", drive});
   fs::rename(drive / "truth" / "disparity", drive / "disparity");
-  expect_try_again({"info", drive.string(), "--disparities", (drive / "disparity").string()}, drive, few);
+  expect_try_again({"info", drive, "--disparities", drive / "disparity"}, drive, few);
 }
 
 TEST_F(Away, ADriveOfKitti) {
@@ -66,30 +66,30 @@ TEST_F(Away, ADriveOfKitti) {
   fs::copy(path("drive") / "left", drive / "image_0");
   fs::copy(path("drive") / "right", drive / "image_1");
   fs::copy(path("drive") / "calibration.yaml", drive);
-  expect_try_again({"info", drive.string()}, drive, few);
+  expect_try_again({"info", drive}, drive, few);
 }
 
 TEST_F(Away, BagsInAFile) {
   fs::create_directory(path("bags"));
   const fs::path bag{path("bags") / "bag.mcap"};
   write_mcap(bag, entries({}));
-  expect_try_again({"info", bag.string()}, bag.parent_path());
+  expect_try_again({"info", bag}, bag.parent_path());
 }
 
 TEST_F(Away, BagsInAFolder) {
   const fs::path bag{path("db3")};
   write_db3(bag, entries({}));
-  expect_try_again({"info", bag.string()}, bag);
+  expect_try_again({"info", bag}, bag);
 }
 
 TEST_F(Away, ARunThatIsEvaluatedOrExported) {
   const fs::path drive{path("scored")};
   const fs::path run{path("run")};
-  run_well({"simulate", small_scene("street", "&frames=2"), "--out", drive.string()});
-  run_well({"run", drive.string(), "--out", run.string()});
-  expect_try_again({"evaluate", run.string()}, run);
-  expect_try_again({"evaluate", run.string()}, drive, few);
-  expect_try_again({"export", run.string(), "--laserscan", path("out").string()}, run);
+  run_well({"simulate", small_scene("street", "&frames=2"), "--out", drive});
+  run_well({"run", drive, "--out", run});
+  expect_try_again({"evaluate", run}, run);
+  expect_try_again({"evaluate", run}, drive, few);
+  expect_try_again({"export", run, "--laserscan", path("out")}, run);
 }
 
 }  // namespace

@@ -7,11 +7,11 @@ namespace {
 
 /// A simulated drive on the disk.
 void simulate(const fs::path& folder, const std::string& scene, const std::string& more) {
-  run_well({"simulate", small_scene(scene, more), "--out", folder.string()});
+  run_well({"simulate", small_scene(scene, more), "--out", folder});
 }
 
 std::vector<std::string> run_words(const fs::path& input, const fs::path& out) {
-  return {"run", input.string(), "--out", out.string()};
+  return {"run", input, "--out", out};
 }
 
 void cut_in_half(const fs::path& path) {
@@ -55,7 +55,7 @@ TEST(BadFrame, EverywhereEndsTheRunBeforeItBegins) {
 
 TEST(Swapped, LeftAndRightAreRefused) {
   const TemporaryFolder folder;
-  run_well({"simulate", "scene:street?frames=2&width=320&height=200", "--out", (folder / "drive").string()});
+  run_well({"simulate", "scene:street?frames=2&width=320&height=200", "--out", folder / "drive"});
   fs::rename(folder / "drive" / "left", folder / "drive" / "other");
   fs::rename(folder / "drive" / "right", folder / "drive" / "left");
   fs::rename(folder / "drive" / "other", folder / "drive" / "right");
@@ -63,7 +63,7 @@ TEST(Swapped, LeftAndRightAreRefused) {
   EXPECT_EQ(run.exit_code, 65);
   EXPECT_THAT(run.errors, HasSubstr("swapped"));
   EXPECT_FALSE(fs::exists(folder / "run" / "run.json"));
-  const Outcome info{run_tool({"info", (folder / "drive").string()})};
+  const Outcome info{run_tool({"info", folder / "drive"})};
   EXPECT_EQ(info.exit_code, 65);
   EXPECT_THAT(info.output, HasSubstr("swapped"));
 }
@@ -75,7 +75,7 @@ struct WrongUsage {
 
 TEST(ExitCodes, WrongUsageIs64) {
   const TemporaryFolder folder;
-  const std::string out{(folder / "run").string()};
+  const std::string out{folder / "run"};
   for (const WrongUsage& wrong :
        std::vector<WrongUsage>{{{}, "command"},
                                {{"fly"}, "fly"},
@@ -103,15 +103,15 @@ TEST(ExitCodes, WrongUsageIs64) {
 
 TEST(ExitCodes, BadInputIs65) {
   const TemporaryFolder folder;
-  const std::string out{(folder / "run").string()};
+  const std::string out{folder / "run"};
   fs::create_directory(folder / "nothing");
-  EXPECT_EQ(run_tool({"run", (folder / "not_there").string(), "--out", out}).exit_code, 65);
-  EXPECT_EQ(run_tool({"run", (folder / "nothing").string(), "--out", out}).exit_code, 65);
+  EXPECT_EQ(run_tool({"run", folder / "not_there", "--out", out}).exit_code, 65);
+  EXPECT_EQ(run_tool({"run", folder / "nothing", "--out", out}).exit_code, 65);
   EXPECT_EQ(run_tool({"run", "scene:moon", "--out", out}).exit_code, 65);
   EXPECT_THAT(run_tool({"run", "scene:no\xff", "--out", out}).errors, HasSubstr(R"(no\xFF)"));
-  EXPECT_EQ(run_tool({"run", "scene:empty", "--out", out, "--config", (folder / "no.yaml").string()}).exit_code, 65);
-  EXPECT_EQ(run_tool({"info", (folder / "nothing").string()}).exit_code, 65);
-  EXPECT_EQ(run_tool({"evaluate", (folder / "nothing").string(), "scene:empty"}).exit_code, 65);
+  EXPECT_EQ(run_tool({"run", "scene:empty", "--out", out, "--config", folder / "no.yaml"}).exit_code, 65);
+  EXPECT_EQ(run_tool({"info", folder / "nothing"}).exit_code, 65);
+  EXPECT_EQ(run_tool({"evaluate", folder / "nothing", "scene:empty"}).exit_code, 65);
   EXPECT_FALSE(fs::exists(out));
 }
 
@@ -122,25 +122,25 @@ TEST(Device, AutoFallsBackToTheCpuAndSaysSo) {
   const TemporaryFolder folder;
   const fs::path out{folder / "run"};
   const Outcome outcome{
-      run_tool({"run", small_scene("empty", "&frames=1"), "--out", out.string(), "--device", "auto"}, no_cuda)};
+      run_tool({"run", small_scene("empty", "&frames=1"), "--out", out, "--device", "auto"}, no_cuda)};
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_THAT(outcome.errors, HasSubstr("on the CPU. No GPU: The CUDA library missing.so"));
   EXPECT_EQ(json_of(out / "run.json")["device"], "cpu");
   // without --device auto: only with -v
   const std::string scene{small_scene("empty", "&frames=1")};
-  EXPECT_THAT(errors_of(0, {"run", scene, "--out", (folder / "other").string()}, no_cuda), Not(HasSubstr("GPU")));
-  EXPECT_THAT(errors_of(0, {"run", scene, "--out", (folder / "verbose").string(), "-v"}, no_cuda),
+  EXPECT_THAT(errors_of(0, {"run", scene, "--out", folder / "other"}, no_cuda), Not(HasSubstr("GPU")));
+  EXPECT_THAT(errors_of(0, {"run", scene, "--out", folder / "verbose", "-v"}, no_cuda),
               HasSubstr("on the CPU. No GPU"));
 }
 
 TEST(ExitCodes, WhatMayWorkLaterIs75) {
   const TemporaryFolder folder;
-  const std::string out{(folder / "run").string()};
+  const std::string out{folder / "run"};
   const std::string scene{small_scene("empty", "&frames=1")};
   EXPECT_THAT(errors_of(75, {"run", scene, "--out", out, "--device", "cuda"}, no_cuda),
               ::testing::AllOf(HasSubstr("--device cuda"), HasSubstr("missing.so could not be loaded")));
   std::ofstream{folder / "a_file"} << "x";
-  EXPECT_EQ(run_tool({"run", scene, "--out", (folder / "a_file" / "run").string()}).exit_code, 75);
+  EXPECT_EQ(run_tool({"run", scene, "--out", folder / "a_file" / "run"}).exit_code, 75);
   EXPECT_THAT(errors_of(75, {"run", scene, "--out", out, "--video", "x.mp4"}, "PATH=/nonexistent"),
               HasSubstr("ffmpeg"));
 }
@@ -153,8 +153,7 @@ TEST(ExitCodes, HelpAndVersionAre0) {
 
 TEST(Quiet, SaysNothing) {
   const TemporaryFolder folder;
-  const Outcome outcome{
-      run_well({"run", small_scene("empty", "&frames=1"), "--out", (folder / "run").string(), "--quiet"})};
+  const Outcome outcome{run_well({"run", small_scene("empty", "&frames=1"), "--out", folder / "run", "--quiet"})};
   EXPECT_EQ(outcome.output, "");
   EXPECT_EQ(outcome.errors, "");
 }

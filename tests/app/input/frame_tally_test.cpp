@@ -4,11 +4,6 @@
 
 #include <gmock/gmock.h>
 
-#include <string>
-#include <vector>
-
-#include "diagnostics/pose_check.hpp"
-
 namespace stereogrid::app {
 namespace {
 

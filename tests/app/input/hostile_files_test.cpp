@@ -19,8 +19,8 @@ class HostileFiles : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     whole_ = new TemporaryFolder;
-    run_well({"simulate", small_scene("street", "&frames=3"), "--out", (*whole_ / "drive").string()});
-    run_well({"run", (*whole_ / "drive").string(), "--out", (*whole_ / "run").string()});
+    run_well({"simulate", small_scene("street", "&frames=3"), "--out", *whole_ / "drive"});
+    run_well({"run", *whole_ / "drive", "--out", *whole_ / "run"});
   }
   static void TearDownTestSuite() { delete whole_; }
 
@@ -44,7 +44,7 @@ class HostileFiles : public ::testing::Test {
   void expect_evaluate(const std::vector<std::string>& parts) const { expect(65, {"evaluate", run(), drive()}, parts); }
   /// Options of the drive of the run, which stays valid.
   [[nodiscard]] std::vector<std::string> resume_words() const {
-    return {"run", (*whole_ / "drive").string(), "--out", run(), "--resume"};
+    return {"run", *whole_ / "drive", "--out", run(), "--resume"};
   }
   void expect_resume(int exit_code, const std::vector<std::string>& parts) const {
     expect(exit_code, resume_words(), parts);
@@ -62,7 +62,7 @@ TEST_F(HostileFiles, ADriveWhoseNamesAreNoUtf8) {
     fs::rename(strange / side / "000001.png", strange / side / "fr\xe4me.png");
   fs::remove(strange / "poses.csv");
   const fs::path out{folder_ / "out"};
-  const std::vector<std::string> words{"run", strange.string(), "--out", out.string()};
+  const std::vector<std::string> words{"run", strange, "--out", out};
   run_well(words);
   EXPECT_TRUE(fs::exists(out / "grids" / "fr\\xE4me.npz"));
   const std::vector<Json> lines(lines_of(out));
@@ -171,7 +171,7 @@ TEST_F(HostileFiles, ACalibrationThatIsAFifo) {
 }
 
 TEST_F(HostileFiles, SettingsThatEndedTheProgram) {
-  const std::string file{(folder_ / "c.yaml").string()};
+  const std::string file{folder_ / "c.yaml"};
   const std::vector<std::string> words{"config", "--config", file};
   put(file, "grid: {length_m: .nan}\n");
   expect(64, words, {"c.yaml", "grid.length_m"});
@@ -184,20 +184,19 @@ TEST_F(HostileFiles, SettingsThatEndedTheProgram) {
                                                         {"grid=3", "grid.length_m, grid.width_m"},
                                                         {"=3", "has no name: it is group.name"},
                                                         {"grid.length_m=", "grid.length_m has no value"}}) {
-    expect(64, {"run", drive(), "--out", (folder_ / "out").string(), "--set", setting}, {said});
+    expect(64, {"run", drive(), "--out", folder_ / "out", "--set", setting}, {said});
   }
 }
 
 TEST_F(HostileFiles, LidarWithoutPosition) {
   fs::create_directory(folder_ / "drive" / "velodyne");
   put(folder_ / "drive" / "velodyne" / "000000.bin", std::string(1600, '\x3f'));
-  expect(65, {"run", drive(), "--out", (folder_ / "out").string(), "--fuse", "lidar"},
-         {"calibration.yaml", "A line Tr"});
+  expect(65, {"run", drive(), "--out", folder_ / "out", "--fuse", "lidar"}, {"calibration.yaml", "A line Tr"});
 }
 
 TEST_F(HostileFiles, LinksThatGoInACircle) {
   fs::create_symlink("circle", folder_ / "circle");
-  const std::string circle{(folder_ / "circle").string()};
+  const std::string circle{folder_ / "circle"};
   expect(75, {"run", drive(), "--out", circle}, {"circle", "cannot be made"});
   expect(75, {"run", drive(), "--out", circle, "--resume"}, {"circle", "cannot be made"});
   expect(65, {"evaluate", circle}, {"circle"});

@@ -35,7 +35,7 @@ class OwnVehicle : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = new TemporaryFolder;
-    run_well({"simulate", "scene:street?width=400&height=250&frames=36", "--out", (*folder_ / "street").string()});
+    run_well({"simulate", "scene:street?width=400&height=250&frames=36", "--out", *folder_ / "street"});
   }
   static void TearDownTestSuite() { delete folder_; }
 
@@ -46,7 +46,7 @@ class OwnVehicle : public ::testing::Test {
   }
   [[nodiscard]] fs::path proposed() const { return own_ / "mask.png"; }
   [[nodiscard]] std::string answer(const fs::path& drive, std::vector<std::string> more = {}) const {
-    std::vector<std::string> words{"info", drive.string(), "--propose-mask", proposed().string()};
+    std::vector<std::string> words{"info", drive, "--propose-mask", proposed()};
     words.insert(words.end(), more.begin(), more.end());
     return run_well(words).output;
   }
@@ -76,7 +76,7 @@ TEST_F(OwnVehicle, IsFoundAndItsMaskCanBeGiven) {
   }
   EXPECT_LT(missed, covered / 50);
   EXPECT_LT(too_much, covered / 50) << "more than 20 rows above it";
-  run_well({"run", drive.string(), "--out", (own_ / "run").string(), "--mask", proposed().string(), "--frames", "0:2"});
+  run_well({"run", drive, "--out", own_ / "run", "--mask", proposed(), "--frames", "0:2"});
 }
 
 TEST_F(OwnVehicle, IsNotInViewOfAnOrdinaryDrive) {

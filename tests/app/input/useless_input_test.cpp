@@ -16,7 +16,7 @@ using Grey = Image<std::uint8_t>;
 /// A simulated drive on the disk with a pitched camera.
 fs::path drive(const TemporaryFolder& folder, int frames, const std::string& more = "") {
   run_well({"simulate", "scene:street?width=320&height=200&frames=" + std::to_string(frames) + more, "--no-truth",
-            "--out", (folder / "drive").string()});
+            "--out", folder / "drive"});
   return folder / "drive";
 }
 
@@ -47,7 +47,7 @@ void remove_pitch(const fs::path& drive) {
 }
 
 void expect_refused(const fs::path& drive, const std::string& said) {
-  const Outcome info{run_tool({"info", drive.string()})};
+  const Outcome info{run_tool({"info", drive})};
   EXPECT_EQ(info.exit_code, 65) << info.output;
   EXPECT_THAT(info.output, AllOf(HasSubstr(said), HasSubstr("cannot be used"), Not(HasSubstr("fine"))));
 }
@@ -103,7 +103,7 @@ TEST(UselessInput, InfoNoticesImagesThatWouldBeRectifiedTwice) {
   expect_refused(input, "these are rectified already");
   expect_refused(input, "'images: rectified'");
   std::ofstream{input / "calibration.yaml"} << "from: left.yaml\nimages: rectified\nmount: {camera_height_m: 1.25}\n";
-  EXPECT_THAT(run_well({"info", input.string()}).output, AllOf(HasSubstr("found in 2 of 2 frames"), HasSubstr("fine")));
+  EXPECT_THAT(run_well({"info", input}).output, AllOf(HasSubstr("found in 2 of 2 frames"), HasSubstr("fine")));
 }
 
 TEST(UselessInput, InfoNoticesSidesThatAreSwappedLater) {
@@ -121,7 +121,7 @@ TEST(UselessInput, InfoNoticesThatTheRightImagesAreLate) {
     fs::copy_file(input / "right" / (std::string{"00000"} + std::to_string(name[5] - '1') + ".png"),
                   input / "right" / name, fs::copy_options::overwrite_existing);
   }
-  const Outcome info{run_tool({"info", input.string()})};
+  const Outcome info{run_tool({"info", input})};
   EXPECT_THAT(info.output, AllOf(HasSubstr("the right images are a frame late"), Not(HasSubstr("fine"))));
 }
 
@@ -131,7 +131,7 @@ TEST(UselessInput, ARoadThatIsNotFoundIsSaid) {
   remove_pitch(input);
   expect_refused(input, "found in 0 of 3 frames");
   expect_refused(input, "extrinsics_disagree: a plane in view does not fit the extrinsics, which are kept");
-  const Outcome run{run_well({"run", input.string(), "--out", (folder / "run").string(), "--set", "grid.length_m=10"})};
+  const Outcome run{run_well({"run", input, "--out", folder / "run", "--set", "grid.length_m=10"})};
   EXPECT_THAT(run.errors, AllOf(HasSubstr("in 3 of 3 frames the ground plane is unknown"),
                                 HasSubstr("pitch 0.0°, roll 0.0° in use"),
                                 AnyOf(HasSubstr("pitch 7.9°"), HasSubstr("pitch 8.")), Not(HasSubstr("mount: {"))));
@@ -143,8 +143,8 @@ TEST(UselessInput, ARoadThatIsNotFoundIsSaid) {
 
 TEST(UselessInput, EachStatusOfAFrameHasItsOwnWarning) {
   const TemporaryFolder folder;
-  const Outcome run{run_well({"run", "scene:terrain?kind=edge&depth=0.9&at=1.0&frames=22", "--out",
-                              (folder / "run").string(), "--device", "cpu"})};
+  const Outcome run{run_well(
+      {"run", "scene:terrain?kind=edge&depth=0.9&at=1.0&frames=22", "--out", folder / "run", "--device", "cpu"})};
   EXPECT_THAT(run.errors, AllOf(HasSubstr("extrinsics_disagree: a plane in view does not fit"),
                                 HasSubstr("too_close: an obstacle is too close")));
 }
@@ -154,7 +154,7 @@ TEST(UselessInput, ExtrinsicsThatWereFoundAreProposed) {
   const fs::path input{drive(folder, 3, "&pitch_deg=8")};
   const std::string text{std::regex_replace(text_of(input / "calibration.yaml"), std::regex{"mount:.*"}, "")};
   std::ofstream{input / "calibration.yaml"} << text;
-  EXPECT_THAT(run_well({"info", input.string()}).output,
+  EXPECT_THAT(run_well({"info", input}).output,
               AllOf(HasSubstr("mount: {camera_height_m: 1.2"), HasSubstr("found in 3 of 3 frames"), HasSubstr("fine")));
 }
 
@@ -163,8 +163,7 @@ TEST(UselessInput, RunSaysInHowManyFramesThereAreFewMatches) {
   const fs::path input{drive(folder, 3)};
   replace_pairs(
       input, [](Grey& left, Grey& right) { std::swap(left, right); }, 1);
-  const std::vector<std::string> words{"run",   input.string(),    "--out", (folder / "run").string(),
-                                       "--set", "grid.length_m=10"};
+  const std::vector<std::string> words{"run", input, "--out", folder / "run", "--set", "grid.length_m=10"};
   EXPECT_THAT(run_well(words).errors, HasSubstr("in 2 of 3 frames left and right image hardly match"));
   const Json status(json_of(folder / "run" / "run.json")["status"]);
   EXPECT_EQ(status, (Json{{"few_matches", 2}}));
@@ -176,7 +175,7 @@ TEST(UselessInput, RunSaysInHowManyFramesThereAreFewMatches) {
 
 /// The words of `run` with a small grid.
 std::vector<std::string> small_run(const fs::path& drive, const fs::path& out) {
-  return {"run", drive.string(), "--out", out.string(), "--set", "grid.length_m=10"};
+  return {"run", drive, "--out", out, "--set", "grid.length_m=10"};
 }
 
 void multiply(Grey& image, double gain) {
@@ -190,10 +189,10 @@ TEST(UselessInput, OneImageMayBeBrighterAndThatIsSaid) {
   const auto named{
       ::testing::ContainsRegex("the right image is (1.9|2.0|2.1) × brighter than the left and [0-9]+ % of "
                                "it is saturated: set both cameras to the same exposure")};
-  EXPECT_THAT(run_well({"info", input.string()}).output, AllOf(named, HasSubstr("usable")));
+  EXPECT_THAT(run_well({"info", input}).output, AllOf(named, HasSubstr("usable")));
   EXPECT_THAT(run_well(small_run(input, folder / "run")).errors, AllOf(named, HasSubstr("in 3 of 3 frames (first: ")));
   EXPECT_EQ(json_of(folder / "run" / "run.json")["status"], Json::object());
-  EXPECT_THAT(run_well({"live", input.string(), "--listen", ":0"}).errors, named);
+  EXPECT_THAT(run_well({"live", input, "--listen", ":0"}).errors, named);
 }
 
 TEST(UselessInput, RunSaysTheReasonThatInfoSays) {
@@ -204,7 +203,7 @@ TEST(UselessInput, RunSaysTheReasonThatInfoSays) {
       1);
   const std::string fault{"vertical misalignment: the right image lies about 12 rows too high"};
   const std::string count{"in 2 of 3 frames left and right image hardly match"};
-  EXPECT_THAT(run_well({"info", input.string()}).output, AllOf(HasSubstr(fault), HasSubstr(count)));
+  EXPECT_THAT(run_well({"info", input}).output, AllOf(HasSubstr(fault), HasSubstr(count)));
   EXPECT_THAT(
       run_well(small_run(input, folder / "run")).errors,
       AllOf(HasSubstr(fault), HasSubstr(count), HasSubstr("most grids are unknown: those of 2 of 3 frames (67 %)")));
@@ -224,7 +223,7 @@ TEST(OddSize, OfTheFirstPairDoesNotDecide) {
   const Grey small{160, 100, 90};
   io::write_png(input / "left" / "000000.png", small);
   io::write_png(input / "right" / "000000.png", small);
-  const Outcome info{run_well({"info", input.string()})};
+  const Outcome info{run_well({"info", input})};
   EXPECT_THAT(info.output, AllOf(HasSubstr("320 × 200 px"), HasSubstr("frame 000000"), HasSubstr("160×100 px"),
                                  HasSubstr("3 can be used"), HasSubstr("usable")));
 }
@@ -254,14 +253,13 @@ TEST(OddSize, OfTheWholeDriveIsRefusedOrScaled) {
     left = halved(left);
     right = halved(right);
   });
-  const std::vector<std::string> run{"run",   input.string(),    "--out", (folder / "run").string(),
-                                     "--set", "grid.length_m=10"};
-  const Outcome scaled{run_well({"info", input.string()})};
+  const std::vector<std::string> run{"run", input, "--out", folder / "run", "--set", "grid.length_m=10"};
+  const Outcome scaled{run_well({"info", input})};
   EXPECT_THAT(scaled.output, AllOf(HasSubstr("320×200"), HasSubstr("scaled by 0.5"), HasSubstr("fine")));
   EXPECT_THAT(run_well(run).errors, HasSubstr("scaled by 0.5"));
   EXPECT_EQ(json_of(folder / "run" / "run.json")["rig"]["width_px"], 160);
   remove_size(input);
-  for (const std::vector<std::string>& words : {{"info", input.string()}, run}) {
+  for (const std::vector<std::string>& words : {{"info", input}, run}) {
     EXPECT_THAT(errors_of(65, words), AllOf(HasSubstr("principal point"), HasSubstr("about 321×201 px")));
   }
 }
@@ -277,9 +275,9 @@ TEST(OddSize, OfImagesThatWereCroppedIsWarnedOf) {
     }
   });
   remove_size(input);
-  const Outcome info{run_tool({"info", input.string()})};
+  const Outcome info{run_tool({"info", input})};
   EXPECT_THAT(info.output, AllOf(HasSubstr("cropped"), HasSubstr("67 % of the width"), Not(HasSubstr("fine"))));
-  EXPECT_THAT(run_tool({"run", input.string(), "--out", (folder / "run").string(), "--set", "grid.length_m=10"}).errors,
+  EXPECT_THAT(run_tool({"run", input, "--out", folder / "run", "--set", "grid.length_m=10"}).errors,
               AllOf(HasSubstr("warning"), HasSubstr("cropped")));
 }
 

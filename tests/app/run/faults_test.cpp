@@ -19,7 +19,7 @@ std::vector<std::string> command(const fs::path& out) {
   return {"run",
           "scene:street?frames=10&width=160&height=96",
           "--out",
-          out.string(),
+          out,
           "--resume",
           "--quiet",
           "--checkpoint-every",
@@ -187,10 +187,9 @@ TEST_F(Faults, AFileSystemWithoutLocksIsAWarning) {
 
 TEST_F(Faults, AnInputThatHangsEndsTheRunAndItGoesOnLater) {
   const fs::path drive{path("drive")};
-  run_well({"simulate", "scene:street?frames=8&width=160&height=96", "--out", drive.string()});
+  run_well({"simulate", "scene:street?frames=8&width=160&height=96", "--out", drive});
   const auto words = [&](const char* out) {
-    return std::vector<std::string>{"run",      drive.string(), "--out", path(out).string(),
-                                    "--resume", "--input-wait", "1"};
+    return std::vector<std::string>{"run", drive, "--out", path(out).string(), "--resume", "--input-wait", "1"};
   };
   run_well(words("in_one_go"));
   EXPECT_THAT(errors_of(75, words("hung"),
@@ -205,13 +204,13 @@ TEST_F(Faults, AnInputThatHangsEndsTheRunAndItGoesOnLater) {
 
 TEST_F(Faults, AStopDoesNotWaitForAnInputThatHangs) {
   const fs::path drive{path("drive_that_hangs")};
-  run_well({"simulate", "scene:street?frames=8&width=160&height=96", "--out", drive.string(), "--no-truth"});
+  run_well({"simulate", "scene:street?frames=8&width=160&height=96", "--out", drive, "--no-truth"});
   for (const std::size_t done : {1U, 3U, 5U}) {  // the frame that hangs is the next one, or one of those read ahead
     const fs::path out{path("stopped" + std::to_string(done))};
     Process process{
         "env",
         {"LD_PRELOAD=" STEREOGRID_FAULTS_LIBRARY, "STEREOGRID_FAULTS_HANG=" + (drive / "left" / "000005.png").string(),
-         STEREOGRID_TOOL, "run", drive.string(), "--out", out.string()}};
+         STEREOGRID_TOOL, "run", drive, "--out", out}};
     wait_for_frames(out, done);
     process.send(SIGTERM);
     EXPECT_EQ(process.wait(), 75);
@@ -298,12 +297,12 @@ TEST(Threads, ThatCannotBeStartedAreAReasonToTryAgain) {
   const TemporaryFolder folder;
   const fs::path out{folder.path() / "out"};
   const std::string scene{"scene:street?frames=3&width=160&height=96"};
-  expect_try_again({"simulate", scene, "--out", out.string(), "--quiet"}, out);
-  expect_try_again({"run", scene, "--out", out.string(), "--quiet", "--pictures"}, out);
+  expect_try_again({"simulate", scene, "--out", out, "--quiet"}, out);
+  expect_try_again({"run", scene, "--out", out, "--quiet", "--pictures"}, out);
   const fs::path drive{folder.path() / "drive"};
-  run_well({"simulate", scene, "--out", drive.string(), "--quiet"});
-  expect_try_again({"run", drive.string(), "--out", out.string(), "--quiet"}, out);
-  expect_try_again({"run", drive.string(), "--out", out.string(), "--quiet", "--poses", "odometry"}, out);
+  run_well({"simulate", scene, "--out", drive, "--quiet"});
+  expect_try_again({"run", drive, "--out", out, "--quiet"}, out);
+  expect_try_again({"run", drive, "--out", out, "--quiet", "--poses", "odometry"}, out);
 }
 
 }  // namespace

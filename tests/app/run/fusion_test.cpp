@@ -27,7 +27,7 @@ std::vector<float> ringed_sweep() {
 /// it every second one of the upper rings, the odd ones, meets a wall 8 m ahead, which the images do not show.
 void put_lidar_drive(const fs::path& drive) {
   run_well({"simulate", small_scene("empty", "&frames=3&focal=80&baseline=0.5&camera_height=1.65"), "--out",
-            (drive / "plain").string()});
+            drive / "plain"});
   fs::create_directories(drive / "velodyne");
   fs::rename(drive / "plain" / "left", drive / "image_0");
   fs::rename(drive / "plain" / "right", drive / "image_1");
@@ -67,8 +67,8 @@ TEST_F(Fusion, PutsTheLidarsObstaclesIntoTheGrid) {
   const fs::path alone{folder / "alone"};
   const fs::path both{folder / "both"};
   const std::string flat{"ground.model=plane"};
-  run_well({"run", drive(), "--out", alone.string(), "--set", flat});
-  const Outcome outcome{run_well({"run", drive(), "--out", both.string(), "--fuse", "lidar", "--set", flat})};
+  run_well({"run", drive(), "--out", alone, "--set", flat});
+  const Outcome outcome{run_well({"run", drive(), "--out", both, "--fuse", "lidar", "--set", flat})};
   // the images say surely that there is no wall
   EXPECT_LT(largest_ahead(alone, "000000"), 0.1F);
   EXPECT_GT(largest_ahead(both, "000000"), 0.85F);
@@ -85,7 +85,7 @@ TEST_F(Fusion, GoesOnWithoutASweepThatIsDamaged) {
   const fs::path copy{folder / "drive"};
   fs::copy(drive(), copy, fs::copy_options::recursive);
   std::ofstream{copy / "velodyne" / "000000.bin"} << "abc";
-  const Outcome outcome{run_well({"run", copy.string(), "--out", (folder / "run").string(), "--fuse", "lidar"})};
+  const Outcome outcome{run_well({"run", copy, "--out", folder / "run", "--fuse", "lidar"})};
   EXPECT_THAT(outcome.output, HasSubstr("2 of 3 frames had no lidar"));
   EXPECT_THAT(outcome.errors, HasSubstr("000000.bin"));
 }
@@ -93,7 +93,7 @@ TEST_F(Fusion, GoesOnWithoutASweepThatIsDamaged) {
 TEST_F(Fusion, SaysWhatIsMissing) {
   const TemporaryFolder folder;
   const auto error_text = [&](const std::string& input, const std::vector<std::string>& more, int exit_code) {
-    std::vector<std::string> words{"run", input, "--out", (folder / "run").string()};
+    std::vector<std::string> words{"run", input, "--out", folder / "run"};
     words.insert(words.end(), more.begin(), more.end());
     const Outcome outcome{run_tool(words)};
     EXPECT_EQ(outcome.exit_code, exit_code);
@@ -133,7 +133,7 @@ void put_drive(const fs::path& drive, double pitch_deg) {
   const std::string pitch{std::to_string(pitch_deg)};
   run_well({"simulate",
             "scene:empty?width=320&height=200&frames=6&focal=160&baseline=0.5&camera_height=1.2&pitch_deg=" + pitch,
-            "--out", (drive / "plain").string()});
+            "--out", drive / "plain"});
   fs::create_directories(drive / "velodyne");
   fs::rename(drive / "plain" / "left", drive / "image_0");
   fs::rename(drive / "plain" / "right", drive / "image_1");
@@ -156,9 +156,9 @@ class FoundExtrinsics : public ::testing::Test {
   static void SetUpTestSuite() {
     folder_ = new TemporaryFolder;
     put_drive(*folder_ / "drive", 8);
-    const std::string drive{(*folder_ / "drive").string()};
-    run_well({"run", drive, "--out", alone().string(), "--poses", "none"});
-    run_well({"run", drive, "--out", fused().string(), "--poses", "none", "--fuse", "lidar"});
+    const std::string drive{*folder_ / "drive"};
+    run_well({"run", drive, "--out", alone(), "--poses", "none"});
+    run_well({"run", drive, "--out", fused(), "--poses", "none", "--fuse", "lidar"});
   }
   static void TearDownTestSuite() { delete folder_; }
   static fs::path alone() { return *folder_ / "alone"; }
@@ -195,8 +195,8 @@ TEST_F(FoundExtrinsics, PlacesTheLidarThatIsFused) {
 // With the calibration's extrinsics the road's returns rise by 1 m and more, and next to no cell is labelled.
 TEST_F(FoundExtrinsics, LabelsTheCells) {
   const auto band_of = [&](const fs::path& run, const std::vector<std::string>& more) {
-    const std::string file{(run.parent_path() / "scores.json").string()};
-    std::vector<std::string> words{"evaluate", run.string(), "--json", file};
+    const std::string file{run.parent_path() / "scores.json"};
+    std::vector<std::string> words{"evaluate", run, "--json", file};
     words.insert(words.end(), more.begin(), more.end());
     run_well(words);
     return json_of(file)["series"]["observed"]["bands"]["3-20"];
@@ -213,7 +213,7 @@ TEST_F(FoundExtrinsics, LabelsTheCells) {
   // the same returns before a level camera, whose calibration is right
   put_drive(*folder_ / "level", 0);
   const fs::path level{*folder_ / "level_run"};
-  run_well({"run", (*folder_ / "level").string(), "--out", level.string(), "--poses", "none"});
+  run_well({"run", *folder_ / "level", "--out", level, "--poses", "none"});
   const Json expected(band_of(level, {"--camera-height", "1.2"}));
   EXPECT_NEAR(found["occupied"].get<int>(), expected["occupied"].get<int>(), 0.1 * expected["occupied"].get<int>());
   EXPECT_NEAR(found["cells"].get<int>(), expected["cells"].get<int>(), 0.05 * expected["cells"].get<int>());

@@ -37,31 +37,30 @@ TEST(Mask, OfTheCommandLineIsUsed) {
   put_mask(mask);
   const fs::path plain{folder / "plain"};
   const fs::path masked{folder / "masked"};
-  run_well({"run", scene, "--out", plain.string(), "--save-stages"});
-  run_well({"run", scene, "--out", masked.string(), "--save-stages", "--mask", mask.string()});
+  run_well({"run", scene, "--out", plain, "--save-stages"});
+  run_well({"run", scene, "--out", masked, "--save-stages", "--mask", mask});
   EXPECT_GT(matched_from(plain, masked_from), 500);
   EXPECT_EQ(matched_from(masked, masked_from), 0);
   EXPECT_GT(matched_from(masked, masked_from - 20), 500);
   EXPECT_EQ(json_of(masked / "run.json")["input"]["mask"], fs::weakly_canonical(mask).string());
   EXPECT_EQ(json_of(plain / "run.json")["input"]["mask"], "");
-  run_well({"evaluate", masked.string()});
+  run_well({"evaluate", masked});
 }
 
 TEST(Mask, OfTheCalibrationStandsBesideItAndGivesWayToTheCommandLines) {
   const TemporaryFolder folder;
   const fs::path drive{folder / "drive"};
-  run_well({"simulate", scene, "--out", drive.string()});
+  run_well({"simulate", scene, "--out", drive});
   fs::create_directory(drive / "masks");
   put_mask(drive / "masks" / "bonnet.png");
   std::ofstream{drive / "calibration.yaml", std::ios::app} << "mask: masks/bonnet.png\n";
-  const Outcome outcome{run_well({"run", drive.string(), "--out", (folder / "run").string(), "--save-stages"})};
+  const Outcome outcome{run_well({"run", drive, "--out", folder / "run", "--save-stages"})};
   EXPECT_THAT(outcome.errors, HasSubstr("bonnet.png, 30.0 % of the image are not used"));
   EXPECT_EQ(matched_from(folder / "run", masked_from), 0);
-  EXPECT_THAT(run_well({"info", drive.string()}).output, HasSubstr("bonnet.png"));
+  EXPECT_THAT(run_well({"info", drive}).output, HasSubstr("bonnet.png"));
 
   put_mask(folder / "other.png", 160, 100, 90);
-  run_well({"run", drive.string(), "--out", (folder / "other").string(), "--save-stages", "--mask",
-            (folder / "other.png").string()});
+  run_well({"run", drive, "--out", folder / "other", "--save-stages", "--mask", folder / "other.png"});
   EXPECT_GT(matched_from(folder / "other", masked_from), 300);
   EXPECT_EQ(matched_from(folder / "other", 90), 0);
 }
@@ -69,13 +68,13 @@ TEST(Mask, OfTheCalibrationStandsBesideItAndGivesWayToTheCommandLines) {
 TEST(Mask, WhatCannotBeOneIsRefused) {
   const TemporaryFolder folder;
   const auto error_text = [&](const std::string& input, const std::string& mask) {
-    const Outcome outcome{run_tool({"run", input, "--out", (folder / "run").string(), "--mask", mask})};
+    const Outcome outcome{run_tool({"run", input, "--out", folder / "run", "--mask", mask})};
     EXPECT_EQ(outcome.exit_code, 65);
     EXPECT_FALSE(fs::exists(folder / "run"));
     return outcome.errors;
   };
   const fs::path drive{folder / "drive"};
-  run_well({"simulate", scene, "--out", drive.string()});
+  run_well({"simulate", scene, "--out", drive});
   put_mask(folder / "small.png", 80, 100);
   put_mask(folder / "black.png", 160, 100, 0);
   std::ofstream{folder / "text.png"} << "no image";
@@ -89,15 +88,15 @@ TEST(Mask, WhatCannotBeOneIsRefused) {
     EXPECT_THAT(error_text(input, (folder / "photo.png").string()), HasSubstr("is a JPEG"));
   }
   std::ofstream{drive / "calibration.yaml", std::ios::app} << "mask: [1, 2]\n";
-  EXPECT_THAT(errors_of(65, {"info", drive.string()}), HasSubstr("'mask' in line"));
+  EXPECT_THAT(errors_of(65, {"info", drive}), HasSubstr("'mask' in line"));
 }
 
 TEST(Mask, ARunGoesOnWithItsOwnOnly) {
   const TemporaryFolder folder;
   put_mask(folder / "mask.png");
-  const std::string run{(folder / "run").string()};
+  const std::string run{folder / "run"};
   run_well({"run", scene, "--out", run, "--frames", "0:1"});
-  EXPECT_THAT(errors_of(64, {"run", scene, "--out", run, "--resume", "--mask", (folder / "mask.png").string()}),
+  EXPECT_THAT(errors_of(64, {"run", scene, "--out", run, "--resume", "--mask", folder / "mask.png"}),
               HasSubstr("input/mask"));
 }
 

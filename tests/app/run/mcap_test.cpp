@@ -55,15 +55,15 @@ class RunMcap : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder = std::make_unique<TemporaryFolder>();
-    run_well({"run", small_scene("crossing", "&frames=5"), "--out", run().string(), "--save-stages", "--predict", "0.5",
-              "--mcap", file().string()});
+    run_well({"run", small_scene("crossing", "&frames=5"), "--out", run(), "--save-stages", "--predict", "0.5",
+              "--mcap", file()});
   }
   static void TearDownTestSuite() { folder.reset(); }
   static fs::path run() { return folder->path() / "run"; }
   static fs::path file() { return folder->path() / "new" / "run.mcap"; }
   static std::vector<std::string> record(const std::string& name, const std::vector<std::string>& more = {}) {
-    std::vector<std::string> words{"run",    small_scene("crossing", "&frames=5"), "--out", (*folder / name).string(),
-                                   "--mcap", (*folder / (name + ".mcap")).string()};
+    std::vector<std::string> words{
+        "run", small_scene("crossing", "&frames=5"), "--out", *folder / name, "--mcap", *folder / (name + ".mcap")};
     words.insert(words.end(), more.begin(), more.end());
     return words;
   }
@@ -157,8 +157,8 @@ TEST_F(RunMcap, ThePictureIsTheLeftImageWithTheRoadInBlue) {
 }
 
 TEST_F(RunMcap, ChangesNothingElse) {
-  run_well({"run", small_scene("crossing", "&frames=5"), "--out", (*folder / "alone").string(), "--save-stages",
-            "--predict", "0.5"});
+  run_well(
+      {"run", small_scene("crossing", "&frames=5"), "--out", *folder / "alone", "--save-stages", "--predict", "0.5"});
   expect_equal_runs(*folder / "alone", run());
   EXPECT_EQ(files_in(*folder / "alone"), files_in(run()));
 }
@@ -186,10 +186,10 @@ TEST_F(RunMcap, HasTheScaleThatWasAskedFor) {
 
 TEST_F(RunMcap, CountsTheFramesThatWereLeftOut) {
   const fs::path drive{*folder / "drive"};
-  run_well({"simulate", small_scene("empty", "&frames=5"), "--out", drive.string(), "--no-truth"});
+  run_well({"simulate", small_scene("empty", "&frames=5"), "--out", drive, "--no-truth"});
   std::ofstream{drive / "right" / "000002.png"};
-  run_well({"run", drive.string(), "--out", (*folder / "left_out").string(), "--mcap",
-            (*folder / "left_out.mcap").string(), "--mcap-topics", "status", "--frames", "1:"});
+  run_well({"run", drive, "--out", *folder / "left_out", "--mcap", *folder / "left_out.mcap", "--mcap-topics", "status",
+            "--frames", "1:"});
   const auto status{
       received<messages::diagnostic_msgs::DiagnosticArray>(*folder / "left_out.mcap", "/stereo_grid/status")};
   ASSERT_EQ(status.messages.size(), 3U);
@@ -202,15 +202,14 @@ TEST_F(RunMcap, CountsTheFramesThatWereLeftOut) {
 TEST_F(RunMcap, EstimatedExtrinsicsArePublished) {
   const fs::path drive{*folder / "pitched"};
   run_well({"simulate", "scene:terrain?kind=bank&at=5&width=320&height=200&frames=6&camera_height=1.2&pitch_deg=8",
-            "--out", drive.string(), "--no-truth"});
+            "--out", drive, "--no-truth"});
   std::istringstream lines{text_of(drive / "calibration.yaml")};
   std::string without;
   for (std::string line; std::getline(lines, line);) {
     if (!line.starts_with("mount")) without += line + "\n";
   }
   std::ofstream{drive / "calibration.yaml"} << without;
-  run_well({"run", drive.string(), "--out", (*folder / "found").string(), "--mcap", (*folder / "found.mcap").string(),
-            "--poses", "none"});
+  run_well({"run", drive, "--out", *folder / "found", "--mcap", *folder / "found.mcap", "--poses", "none"});
   const auto extrinsics{received<messages::tf2_msgs::TFMessage>(*folder / "found.mcap", "/tf_static")};
   ASSERT_EQ(extrinsics.messages.size(), 1U);
   EXPECT_EQ(extrinsics.log_ns[0], 0U);
@@ -231,7 +230,7 @@ TEST_F(RunMcap, RefusesWhatCannotBe) {
       {record("there"), "it is there already"},
       {record("never", {"--resume"}), "--mcap does not support --resume"},
       {record("never", {"--mcap-topics", "occupancy_grid,speed"}), "There is no topic \"speed\". There are: occupancy"},
-      {{"run", small_scene("empty", "&frames=1"), "--out", (*folder / "never").string(), "--mcap-topics", "tf"},
+      {{"run", small_scene("empty", "&frames=1"), "--out", *folder / "never", "--mcap-topics", "tf"},
        "Give --mcap FILE, too"}};
   for (const Refused& refused : all) {
     EXPECT_THAT(errors_of(64, refused.words), HasSubstr(refused.said));
@@ -248,15 +247,14 @@ TEST_F(RunMcap, AFullDiskEndsTheRunAndTheFolderGoesOn) {
   EXPECT_THAT(text_of(*folder / "errors"), HasSubstr("full.mcap: cannot be written"));
   EXPECT_FALSE(counts_of(*folder / "full.mcap").empty());
   EXPECT_LT(lines_of(*folder / "full").size(), frames);
-  run_well({"run", small_scene("crossing", "&frames=5"), "--out", (*folder / "full").string(), "--resume",
-            "--save-stages", "--predict", "0.5"});
+  run_well({"run", small_scene("crossing", "&frames=5"), "--out", *folder / "full", "--resume", "--save-stages",
+            "--predict", "0.5"});
   expect_equal_runs(*folder / "full", run());
 }
 
 TEST_F(RunMcap, AKilledRunLeavesWhatWasRecorded) {
   const fs::path out{*folder / "killed.mcap"};
-  Process process{
-      {"run", small_scene("street", "&frames=1000"), "--out", (*folder / "killed").string(), "--mcap", out.string()}};
+  Process process{{"run", small_scene("street", "&frames=1000"), "--out", *folder / "killed", "--mcap", out}};
   const auto deadline{std::chrono::steady_clock::now() + std::chrono::seconds{30}};
   std::error_code error;
   while ((!fs::exists(out) || fs::file_size(out, error) < 500'000) && std::chrono::steady_clock::now() < deadline) {
@@ -272,8 +270,8 @@ TEST_F(RunMcap, AKilledRunLeavesWhatWasRecorded) {
 
 TEST_F(RunMcap, AnInterruptedRunLeavesAWholeFile) {
   const fs::path out{*folder / "stopped.mcap"};
-  Process process{{"run", small_scene("street", "&frames=1000"), "--out", (*folder / "stopped").string(), "--mcap",
-                   out.string(), "--mcap-topics", "odometry"}};
+  Process process{{"run", small_scene("street", "&frames=1000"), "--out", *folder / "stopped", "--mcap", out,
+                   "--mcap-topics", "odometry"}};
   const auto deadline{std::chrono::steady_clock::now() + std::chrono::seconds{30}};
   while (lines_of(*folder / "stopped").empty() && std::chrono::steady_clock::now() < deadline) {
     std::this_thread::sleep_for(std::chrono::milliseconds{5});

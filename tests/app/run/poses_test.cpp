@@ -25,7 +25,7 @@ class Poses : public ::testing::Test {
   }
 
   const TemporaryFolder folder_;
-  const std::string drive_{(folder_ / "drive").string()};
+  const std::string drive_{folder_ / "drive"};
 };
 
 TEST_F(Poses, ABareDriveIsFollowedByOdometry) {

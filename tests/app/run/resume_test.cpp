@@ -8,7 +8,7 @@ namespace stereogrid::app::testing {
 namespace {
 
 std::vector<std::string> command(const fs::path& out, const std::string& frames, const std::string& more = "") {
-  std::vector<std::string> words{"run", small_scene("street", "&frames=6"), "--out", out.string(), "--frames", frames};
+  std::vector<std::string> words{"run", small_scene("street", "&frames=6"), "--out", out, "--frames", frames};
   if (!more.empty()) words.push_back(more);
   return words;
 }
@@ -63,7 +63,7 @@ TEST(Resume, WithoutItAFolderWithARunIsRefused) {
 /// One sitting of a run that is done in several.
 Outcome sit(const fs::path& run, const std::string& frames, const std::vector<std::string>& more) {
   const std::string scene{"scene:street?frames=40&width=160&height=100"};
-  std::vector<std::string> words{"run", scene, "--out", run.string(), "--frames", frames, "--resume"};
+  std::vector<std::string> words{"run", scene, "--out", run, "--frames", frames, "--resume"};
   words.insert(words.end(), more.begin(), more.end());
   return run_well(words);
 }
@@ -111,7 +111,7 @@ TEST(Resume, ADamagedSavedStateIsReportedAndDoneWithout) {
 
 std::vector<std::string> lock_command(const fs::path& out, const std::string& frames,
                                       const std::string& more = "--resume") {
-  return {"run", small_scene("street", "&frames=400"), "--out", out.string(), "--frames", frames, more};
+  return {"run", small_scene("street", "&frames=400"), "--out", out, "--frames", frames, more};
 }
 
 /// Waits for a finished frame: the process that `writes` is in the midst of its run.

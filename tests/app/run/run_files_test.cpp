@@ -39,8 +39,8 @@ class RunFiles : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder = std::make_unique<TemporaryFolder>();
-    run_well({"run", small_scene("crossing", "&frames=3"), "--out", run().string(), "--save-stages", "--pictures",
-              "--set", "grid.length_m=16", "--set", "matching.disparities=48"});
+    run_well({"run", small_scene("crossing", "&frames=3"), "--out", run(), "--save-stages", "--pictures", "--set",
+              "grid.length_m=16", "--set", "matching.disparities=48"});
   }
   static void TearDownTestSuite() { folder.reset(); }
   static fs::path run() { return folder->path() / "run"; }
@@ -58,8 +58,8 @@ TEST_F(RunFiles, EveryFrameHasItsFilesAndNothingElseIsLeft) {
 
 TEST_F(RunFiles, CompactGridsAreThoseToTheirSteps) {
   const fs::path compact{folder->path() / "compact"};
-  run_well({"run", small_scene("crossing", "&frames=3"), "--out", compact.string(), "--compact", "--set",
-            "grid.length_m=16", "--set", "matching.disparities=48"});
+  run_well({"run", small_scene("crossing", "&frames=3"), "--out", compact, "--compact", "--set", "grid.length_m=16",
+            "--set", "matching.disparities=48"});
   const fs::path file{fs::path{"grids"} / "000002.npz"};
   const Arrays whole{io::read_npz(run() / file)};
   const Arrays small{io::read_npz(compact / file)};
@@ -137,7 +137,7 @@ TEST_F(RunFiles, EveryLineHasEveryKey) {
 TEST_F(RunFiles, PredictionsHaveTheirShapes) {
   const TemporaryFolder elsewhere;
   const fs::path out{elsewhere.path() / "run"};
-  run_well({"run", small_scene("crossing", "&frames=2"), "--out", out.string(), "--predict", "0.5,2", "--set",
+  run_well({"run", small_scene("crossing", "&frames=2"), "--out", out, "--predict", "0.5,2", "--set",
             "matching.disparities=48"});
   EXPECT_EQ(json_of(out / "run.json")["predict_s"], Json::parse("[0.5, 2.0]"));
   const Arrays arrays{io::read_npz(out / "predictions" / "000001.npz")};
@@ -145,8 +145,7 @@ TEST_F(RunFiles, PredictionsHaveTheirShapes) {
   expect_array(arrays, "horizon_s", io::DType::float64, {2});
   expect_array(arrays, "occupancy", io::DType::float32, {2, 100, 100});
   expect_array(arrays, "world_origin", io::DType::float64, {2});
-  EXPECT_EQ(run_tool({"run", small_scene("crossing", "&frames=2"), "--out", out.string(), "--predict", "0"}).exit_code,
-            64);
+  EXPECT_EQ(run_tool({"run", small_scene("crossing", "&frames=2"), "--out", out, "--predict", "0"}).exit_code, 64);
 }
 
 TEST_F(RunFiles, GridsHaveTheirShapes) {
@@ -229,25 +228,25 @@ TEST_F(RunFiles, PicturesHaveOneSizeAndShowSomething) {
 TEST(Run, GivesTheSameOnOneAndTwoThreads) {
   const TemporaryFolder folder;
   for (const char* threads : {"1", "2"}) {
-    run_well({"run", small_scene("street", "&frames=3"), "--out", (folder / threads).string(), "--threads", threads,
-              "--save-stages"});
+    run_well(
+        {"run", small_scene("street", "&frames=3"), "--out", folder / threads, "--threads", threads, "--save-stages"});
   }
   expect_equal_runs(folder / "1", folder / "2");
 }
 
 TEST(Run, FramesAreBothInclusive) {
   const TemporaryFolder folder;
-  run_well({"run", small_scene("empty", "&frames=5"), "--out", (folder / "middle").string(), "--frames", "1:3"});
+  run_well({"run", small_scene("empty", "&frames=5"), "--out", folder / "middle", "--frames", "1:3"});
   EXPECT_THAT(files_in(folder / "middle" / "grids"), ElementsAre("000001.npz", "000002.npz", "000003.npz"));
-  run_well({"run", small_scene("empty", "&frames=5"), "--out", (folder / "end").string(), "--frames", "3:"});
+  run_well({"run", small_scene("empty", "&frames=5"), "--out", folder / "end", "--frames", "3:"});
   EXPECT_THAT(files_in(folder / "end" / "grids"), ElementsAre("000003.npz", "000004.npz"));
 }
 
 TEST(Run, MakesAVideo) {
   if (std::system("ffmpeg -version >/dev/null 2>&1") != 0) GTEST_SKIP() << "ffmpeg is not here";
   const TemporaryFolder folder;
-  run_well({"run", small_scene("empty", "&frames=3"), "--out", (folder / "run").string(), "--video",
-            (folder / "film" / "street.mp4").string()});
+  run_well(
+      {"run", small_scene("empty", "&frames=3"), "--out", folder / "run", "--video", folder / "film" / "street.mp4"});
   EXPECT_THAT(files_in(folder / "film"), ElementsAre("street.mp4"));
   const std::string film{text_of(folder / "film" / "street.mp4")};
   EXPECT_GT(film.size(), 3000U);
@@ -259,8 +258,8 @@ TEST(Run, MakesAnAnimatedImage) {
   if (std::system("ffmpeg -encoders 2>/dev/null | grep -q libwebp_anim") != 0) GTEST_SKIP() << "no ffmpeg with WebP";
   const TemporaryFolder folder;
   for (const char* name : {"street.gif", "street.WEBP"}) {
-    run_well({"run", small_scene("empty", "&frames=3"), "--out", (folder / name / "run").string(), "--video",
-              (folder / name / name).string()});
+    run_well(
+        {"run", small_scene("empty", "&frames=3"), "--out", folder / name / "run", "--video", folder / name / name});
   }
   EXPECT_EQ(text_of(folder / "street.gif" / "street.gif").substr(0, 6), "GIF89a");
   const std::string webp{text_of(folder / "street.WEBP" / "street.WEBP")};
@@ -270,7 +269,7 @@ TEST(Run, MakesAnAnimatedImage) {
 
 TEST(Summary, NamesTimesAndTheCommandsThatFollow) {
   const TemporaryFolder folder;
-  const std::string out{(folder / "my run").string()};
+  const std::string out{folder / "my run"};
   const std::string output{
       run_well({"run", small_scene("street", "&frames=2"), "--out", out, "--pictures", "--mcap"}).output};
   for (const std::string& part :

@@ -8,7 +8,7 @@ namespace stereogrid::app::testing {
 namespace {
 
 std::vector<std::string> street(const fs::path& out, const std::vector<std::string>& more) {
-  std::vector<std::string> words{"run", "scene:street?frames=40&width=160&height=100", "--out", out.string()};
+  std::vector<std::string> words{"run", "scene:street?frames=40&width=160&height=100", "--out", out};
   words.insert(words.end(), more.begin(), more.end());
   return words;
 }
@@ -45,7 +45,7 @@ TEST(Sparse, FramesAreThoseOfTheWholeRun) {
   EXPECT_THAT(indices_of(folder / "later"), ElementsAre(18, 27));
   run_well(street(folder / "none", {"--every", "9", "--frames", "10:17"}));
   EXPECT_THAT(indices_of(folder / "none"), ElementsAre());
-  EXPECT_THAT(run_tool({"evaluate", (folder / "none").string()}).errors, HasSubstr("has no frames"));
+  EXPECT_THAT(run_tool({"evaluate", folder / "none"}).errors, HasSubstr("has no frames"));
 }
 
 TEST(Sparse, GoesOnExactly) {
@@ -93,13 +93,13 @@ TEST(Sparse, GoesOnWithItsOwnSettingsOnly) {
 TEST(Sparse, SkippedFramesAreAllReported) {
   const TemporaryFolder folder;
   const fs::path drive{folder / "drive"};
-  run_well({"simulate", small_scene("street", "&frames=20"), "--out", drive.string(), "--no-truth"});
+  run_well({"simulate", small_scene("street", "&frames=20"), "--out", drive, "--no-truth"});
   for (const char* name : {"000003.png", "000006.png", "000011.png", "000014.png", "000019.png"}) {
     fs::resize_file(drive / "left" / name, 0);
   }
   const auto command = [&](const fs::path& out, const char* frames) {
-    return std::vector<std::string>{"run",  drive.string(), "--out", out.string(),         "--every", "3", "--frames",
-                                    frames, "--resume",     "-q",    "--checkpoint-every", "4"};
+    return std::vector<std::string>{
+        "run", drive, "--out", out, "--every", "3", "--frames", frames, "--resume", "-q", "--checkpoint-every", "4"};
   };
   run_well(command(folder / "whole", ":"));
   EXPECT_THAT(indices_of(folder / "whole"), ElementsAre(0, 9, 12, 15, 18));
@@ -161,12 +161,11 @@ TEST(Sparse, WhatNeedsAnotherLayerSaysSo) {
                      ", which is needed here; it has occupancy, age_s, velo");
   };
   EXPECT_THAT(error_text({"evaluate"}), expected("observed"));
-  EXPECT_THAT(error_text({"export", "--nav2-map", (folder / "map").string()}), expected("world_occupancy"));
-  run_well({"export", run.string(), "--laserscan", (folder / "scan.csv").string()});
+  EXPECT_THAT(error_text({"export", "--nav2-map", folder / "map"}), expected("world_occupancy"));
+  run_well({"export", run, "--laserscan", folder / "scan.csv"});
   const fs::path small{folder / "small"};
   run_well(street(small, {"--frames", ":1", "--compact"}));
-  EXPECT_THAT(run_tool({"export", small.string(), "--nav2-map", (folder / "map").string()}).errors,
-              HasSubstr("or without --compact"));
+  EXPECT_THAT(run_tool({"export", small, "--nav2-map", folder / "map"}).errors, HasSubstr("or without --compact"));
 }
 
 /// Permitted differences of a compact line from the exact one.
@@ -224,7 +223,7 @@ TEST(Sparse, CompactLinesAreRounded) {
 class Skipped : public ::testing::Test {
  protected:
   void make_drive(int frames, const std::vector<int>& usable) {
-    run_well({"simulate", small_scene("street", "&frames=1"), "--out", (folder / "one").string(), "--no-truth"});
+    run_well({"simulate", small_scene("street", "&frames=1"), "--out", folder / "one", "--no-truth"});
     fs::create_directories(drive() / "left");
     fs::create_directories(drive() / "right");
     fs::copy(folder / "one" / "calibration.yaml", drive() / "calibration.yaml");
@@ -245,7 +244,7 @@ class Skipped : public ::testing::Test {
   [[nodiscard]] fs::path out() const { return fs::canonical(folder.path()) / "run"; }
 
   [[nodiscard]] std::vector<std::string> command(const std::string& more = "--quiet") const {
-    return {"run", drive().string(), "--poses", "none", "--out", out().string(), more};
+    return {"run", drive(), "--poses", "none", "--out", out(), more};
   }
 
   const TemporaryFolder folder;

@@ -19,7 +19,7 @@ constexpr const char* full{"/dev/full"};
 int run_with_a_warning(const TemporaryFolder& folder, const fs::path& out, const std::string& redirections) {
   const fs::path drive{folder / "drive"};
   if (!fs::exists(drive)) {
-    run_well({"simulate", small_scene("street", "&frames=4"), "--out", drive.string()});
+    run_well({"simulate", small_scene("street", "&frames=4"), "--out", drive});
     fs::resize_file(drive / "left" / "000002.png", 100);
   }
   return shell(tool + " run " + quoted(drive.string()) + " --out " + quoted(out.string()) + " " + redirections);
@@ -139,9 +139,8 @@ TEST(Streams, AStopWorksWhileTheirReaderStalls) {
   const TemporaryFolder folder;
   const auto name = [&](const char* part) { return quoted((folder / part).string()); };
   const std::string many{quoted(small_scene("street", "&frames=5000"))};
-  run_well({"simulate", small_scene("street", "&frames=4"), "--out", (folder / "drive").string(), "--no-truth"});
-  run_well({"run", (folder / "drive").string(), "--out", (folder / "run").string(), "--mcap",
-            (folder / "run.mcap").string()});
+  run_well({"simulate", small_scene("street", "&frames=4"), "--out", folder / "drive", "--no-truth"});
+  run_well({"run", folder / "drive", "--out", folder / "run", "--mcap", folder / "run.mcap"});
   const StalledPipe pipe;
   struct Case {
     std::string words;

@@ -62,7 +62,7 @@ TEST_F(Unavailable, ARightImageEndsARunWithOdometryAndItGoesOnLater) {
 }
 
 TEST_F(Unavailable, ADisparityImageEndsTheRunAndItGoesOnLater) {
-  run_well({"simulate", small_scene("street", "&frames=9"), "--out", (folder / "truth").string()});
+  run_well({"simulate", small_scene("street", "&frames=9"), "--out", folder / "truth"});
   fs::rename(folder / "truth" / "truth" / "disparity", folder / "drive" / "disparity");
   expect_goes_on({"--disparities", drive() + "/disparity"}, "disparity/000006.png", 6);
 }
@@ -82,7 +82,7 @@ TEST_F(Unavailable, ALidarSweepEndsTheRunAndItGoesOnLater) {
 
 TEST_F(Unavailable, AnImageThatIsLookedAtFirstEndsTheRunBeforeItBegins) {
   take_away("left/000000.png");
-  const Outcome stopped{run_tool({"run", drive(), "--out", out("run").string()})};
+  const Outcome stopped{run_tool({"run", drive(), "--out", out("run")})};
   EXPECT_EQ(stopped.exit_code, 75) << stopped.errors;
   EXPECT_FALSE(fs::exists(out("run") / "run.json"));
 }
@@ -102,7 +102,7 @@ std::string failing_disk(const fs::path& file, const fs::path& once) {
 }
 
 TEST_F(Unavailable, ADiskThatFailsEndsTheRunAndItGoesOnLater) {
-  std::vector<std::string> words{"run", drive(), "--out", out("run").string(), "--poses", "none"};
+  std::vector<std::string> words{"run", drive(), "--out", out("run"), "--poses", "none"};
   const Outcome stopped{run_tool(words, failing_disk(folder / "drive" / "left" / "000007.png", drive()))};
   EXPECT_EQ(stopped.exit_code, 75) << stopped.errors;
   EXPECT_THAT(stopped.errors, AllOf(HasSubstr("000007.png: cannot be read (Input/output error)"),
@@ -133,7 +133,7 @@ class UnavailableBags : public Bags {
     fs::rename(out(), whole);
     ASSERT_EQ(lines_of(whole).size(), 80U);
     const fs::path second{out() / "grids" / files_in(whole / "grids")[1]};
-    const std::vector<std::string> words{"run", path.string(), "--out", out().string(), "--poses", "none", "--resume"};
+    const std::vector<std::string> words{"run", path, "--out", out(), "--poses", "none", "--resume"};
     EXPECT_THAT(errors_of(75, words, failing_disk(file, second)),
                 AllOf(HasSubstr("cannot be read"), HasSubstr("of 80 frames are done")));
     EXPECT_EQ(json_of(out() / "run.json")["frames"]["skipped"], 0);

@@ -5,7 +5,6 @@
 #include "ground_drive.hpp"
 #include "never_observed.hpp"
 #include "stereogrid/io/recording.hpp"
-#include "stereogrid/pipeline.hpp"
 
 namespace stereogrid::test {
 namespace {

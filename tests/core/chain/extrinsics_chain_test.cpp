@@ -7,9 +7,6 @@
 #include "matching/matching.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/level_mapping.hpp"
-#include "stereogrid/pipeline.hpp"
-#include "stereogrid/scenes/scene.hpp"
-#include "support.hpp"
 
 namespace stereogrid::test {
 namespace {

@@ -8,8 +8,6 @@
 #include "ground_drive.hpp"
 #include "stereogrid/level_mapping.hpp"
 #include "stereogrid/points.hpp"
-#include "stereogrid/scenes/scene.hpp"
-#include "support.hpp"
 
 namespace stereogrid::test {
 namespace {

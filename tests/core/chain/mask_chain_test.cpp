@@ -5,7 +5,6 @@
 #include "chain_run.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/level_mapping.hpp"
-#include "support.hpp"
 
 namespace stereogrid::test {
 namespace {

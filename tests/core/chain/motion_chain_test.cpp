@@ -3,7 +3,6 @@
 //
 // Velocities from images, against the motion of rendered objects.
 #include "chain_run.hpp"
-#include "support.hpp"
 
 namespace stereogrid::test {
 namespace {

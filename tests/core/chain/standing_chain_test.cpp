@@ -5,7 +5,6 @@
 #include "chain_run.hpp"
 #include "layouts/layouts.hpp"
 #include "render/render.hpp"
-#include "support.hpp"
 #include "world/world.hpp"
 
 namespace stereogrid::test {

@@ -4,7 +4,6 @@
 // Given extrinsics before stairs, slopes, edges, docks, tables and pallets: they stay, and no grid is free beyond an
 // edge without a status.
 #include "chain_run.hpp"
-#include "support.hpp"
 
 namespace stereogrid::test {
 namespace {

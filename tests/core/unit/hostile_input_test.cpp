@@ -4,7 +4,6 @@
 // Implausible numbers: in poses, disparities, other grids and arguments.
 #include "hostile_run.hpp"
 #include "stereogrid/error.hpp"
-#include "support.hpp"
 
 namespace stereogrid::test {
 namespace {

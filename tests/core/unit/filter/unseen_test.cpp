@@ -5,7 +5,6 @@
 #include "backend/cpu.hpp"
 #include "backend/reference.hpp"
 #include "filter_run.hpp"
-#include "observation/rays/hidden.hpp"
 #include "observation/rays/rays.hpp"
 #include "support.hpp"
 #include "targets.hpp"

@@ -4,7 +4,6 @@
 
 #include "backend/cpu.hpp"
 #include "matching/checks/mask.hpp"
-#include "stereogrid/level_mapping.hpp"
 #include "support.hpp"
 
 namespace stereogrid::test {

@@ -3,7 +3,6 @@
 //
 // Comparison of neighbouring sectors' walks: passages between edges, confirmed edges, cells beside hidden ones.
 #include "ground/frame_validator.hpp"
-#include "ground/plane_numbers.hpp"
 #include "images/patch.hpp"
 #include "support.hpp"
 #include "terrain/walk.hpp"

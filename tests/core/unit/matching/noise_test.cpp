@@ -1,7 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 #include "matching_run.hpp"
-#include "support.hpp"
 
 namespace stereogrid::test {
 namespace {

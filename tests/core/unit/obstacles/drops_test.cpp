@@ -69,14 +69,13 @@ TEST(Drops, HaveTheOccupancyOfTheirCells) {
 // Errors of matching are correlated over some sectors, and make short edges in frame after frame.
 TEST(Drops, AreConfirmedByLongEdgesOnly) {
   const auto is_confirmed = [](int sectors, double metres_a_sector) {
-    GroundSeenFree world;
-    Tracker tracker{plain_config(), PaintedObstacles::rig()};
+    TrackedBlobs run;
     for (int step{0}; step < 10; ++step) {
       std::vector<EdgePoint> edges;
       for (int i{0}; i < sectors; ++i) edges.push_back({i, {5 - 0.1 * step, 1 - metres_a_sector * i}, 0.8f});
-      update(tracker, world, drops_of(edges), 0.1);
+      run.update(drops_of(edges), 0.1);
     }
-    return report_of(tracker).at(0).confirmed;
+    return run.report().at(0).confirmed;
   };
   EXPECT_TRUE(is_confirmed(12, 0.1));
   EXPECT_FALSE(is_confirmed(11, 0.1)) << "fewer sectors than three errors";
@@ -84,14 +83,13 @@ TEST(Drops, AreConfirmedByLongEdgesOnly) {
 }
 
 TEST(Drops, AreTrackedApartFromObjectsAndStandStill) {
-  GroundSeenFree world;
-  Tracker tracker{plain_config(), PaintedObstacles::rig()};
+  TrackedBlobs run;
   std::vector<Obstacle> found;
   for (int step{0}; step < 6; ++step) {
     std::vector<Cluster> seen{drops_of(edge_at(5 - 0.1 * step, 0, 40))};
     seen.push_back(blob_at(5 - 0.1 * step, 0));
-    update(tracker, world, seen, 0.1);
-    found = report_of(tracker);
+    run.update(seen, 0.1);
+    found = run.report();
     ASSERT_EQ(found.size(), 2u);
     EXPECT_EQ(found[0].confirmed, step >= 2);
   }

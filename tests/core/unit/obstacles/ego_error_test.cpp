@@ -4,8 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <vector>
-
 #include "painted_obstacles.hpp"
 
 namespace stereogrid::test {

@@ -9,39 +9,36 @@ namespace {
 
 // Positions alone are no evidence of motion: the visible part of an object changes, and its centre with it.
 TEST(Tracker, PlacesAloneAreNoMotion) {
-  GroundSeenFree world;
-  Tracker tracker{plain_config(), PaintedObstacles::rig()};
-  for (int step{0}; step < 25; ++step) update(tracker, world, {blob_at(0.14 * step, 2 - 0.06 * step)}, 0.1);
-  const Obstacle last{report_of(tracker)[0]};
+  TrackedBlobs run;
+  for (int step{0}; step < 25; ++step) run.update({blob_at(0.14 * step, 2 - 0.06 * step)}, 0.1);
+  const Obstacle last{run.report()[0]};
   EXPECT_EQ(last.vx_mps, 0);
   EXPECT_FALSE(last.moving);
   EXPECT_NEAR(last.x_m, 0.14 * 24, 0.4) << "it is followed nevertheless";
 }
 
 TEST(Tracker, MotionTakesSeveralFramesOfEvidence) {
-  GroundSeenFree world;
-  Tracker tracker{plain_config(), PaintedObstacles::rig()};
+  TrackedBlobs run;
   Cluster blob{blob_at(3, 0, {5, 0})};
   blob.velocity_covariance = {0.16, 0, 0.16};
   for (int step{0}; step < 2; ++step) {
-    update(tracker, world, {blob}, 0);
-    EXPECT_FALSE(report_of(tracker)[0].moving) << step;
+    run.update({blob}, 0);
+    EXPECT_FALSE(run.report()[0].moving) << step;
   }
-  for (int step{0}; step < 4; ++step) update(tracker, world, {blob}, 0);
-  EXPECT_TRUE(report_of(tracker)[0].moving);
+  for (int step{0}; step < 4; ++step) run.update({blob}, 0);
+  EXPECT_TRUE(run.report()[0].moving);
   blob.kind = ObstacleKind::boundary;
-  for (int step{0}; step < 4; ++step) update(tracker, world, {blob}, 0);
-  EXPECT_FALSE(report_of(tracker)[0].moving) << "walls do not move";
-  EXPECT_EQ(report_of(tracker)[0].kind, ObstacleKind::boundary);
+  for (int step{0}; step < 4; ++step) run.update({blob}, 0);
+  EXPECT_FALSE(run.report()[0].moving) << "walls do not move";
+  EXPECT_EQ(run.report()[0].kind, ObstacleKind::boundary);
 }
 
 // Sides that are surely seen err by 0.2 m all the same, alike from frame to frame.
 TEST(Tracker, APlaceErrsByTwentyCentimetresAFrame) {
-  GroundSeenFree world;
-  Tracker tracker{plain_config(), PaintedObstacles::rig()};
+  TrackedBlobs run;
   constexpr int frames{40};
-  for (int step{0}; step < frames; ++step) update(tracker, world, {blob_at(3, 0)}, 0);
-  const double of_a_frame_m{std::sqrt(frames * report_of(tracker).at(0).position_covariance.xx)};
+  for (int step{0}; step < frames; ++step) run.update({blob_at(3, 0)}, 0);
+  const double of_a_frame_m{std::sqrt(frames * run.report().at(0).position_covariance.xx)};
   EXPECT_GT(of_a_frame_m, 0.2);
   EXPECT_LT(of_a_frame_m, 0.3);
 }
@@ -49,39 +46,36 @@ TEST(Tracker, APlaceErrsByTwentyCentimetresAFrame) {
 // With a tree above it, velocities of points say nothing.
 TEST(Tracker, ATallThingEarnsNoMotion) {
   for (const auto& [height_m, moves] : {std::pair{4.0, true}, {4.4, false}, {6.0, false}}) {
-    GroundSeenFree world;
-    Tracker tracker{plain_config(), PaintedObstacles::rig()};
+    TrackedBlobs run;
     Cluster blob{blob_at(3, 0, {5, 0})};
     blob.velocity_covariance = {0.16, 0, 0.16};
     blob.height_m = height_m;
-    for (int step{0}; step < 6; ++step) update(tracker, world, {blob}, 0);
-    EXPECT_EQ(report_of(tracker)[0].moving, moves) << height_m;
+    for (int step{0}; step < 6; ++step) run.update({blob}, 0);
+    EXPECT_EQ(run.report()[0].moving, moves) << height_m;
   }
 }
 
 // Half of the squared velocity in variances, less 2, is evidence: 3 are against motion, 5 for it.
 TEST(Tracker, EvidenceOfMotionBeginsAtTwoStandardDeviations) {
   for (const auto& [square, moves] : {std::pair{3.0, false}, {3.9, false}, {4.6, true}}) {
-    GroundSeenFree world;
-    Tracker tracker{plain_config(), PaintedObstacles::rig()};
+    TrackedBlobs run;
     Cluster blob{blob_at(3, 0, {3, 0})};
     blob.velocity_covariance = {9 / square, 0, 9 / square};
-    for (int step{0}; step < 40; ++step) update(tracker, world, {blob}, 0);
-    EXPECT_EQ(report_of(tracker)[0].moving, moves) << square;
+    for (int step{0}; step < 40; ++step) run.update({blob}, 0);
+    EXPECT_EQ(run.report()[0].moving, moves) << square;
   }
 }
 
 // The filter has followed its cells before there was a thing.
 TEST(Tracker, WhatTheFilterHasSeenMovingNeedsLessEvidence) {
   for (const double share : {0.0, 1.0}) {
-    GroundSeenFree world;
-    Tracker tracker{plain_config(), PaintedObstacles::rig()};
+    TrackedBlobs run;
     for (int step{0}; step < 3; ++step) {
       Cluster blob{blob_at(3 + 0.2 * step, 0, {2, 0})};
       blob.velocity_covariance = {0.1, 0, 0.1};
       blob.moving = share;
-      update(tracker, world, {blob}, 0.1);
-      EXPECT_EQ(report_of(tracker).front().moving, step >= (share > 0.5 ? 1 : 2)) << step;
+      run.update({blob}, 0.1);
+      EXPECT_EQ(run.report().front().moving, step >= (share > 0.5 ? 1 : 2)) << step;
     }
   }
 }
@@ -90,28 +84,26 @@ TEST(Tracker, WhatTheFilterHasSeenMovingNeedsLessEvidence) {
 TEST(Tracker, SlowMotionOfWhatIsCutOffNeedsMoreEvidence) {
   for (const bool is_cut : {false, true}) {
     for (const double speed_mps : {1.5, 4.0}) {
-      GroundSeenFree world;
-      Tracker tracker{plain_config(), PaintedObstacles::rig()};
+      TrackedBlobs run;
       for (int step{0}; step < 5; ++step) {
         Cluster blob{blob_at(3 + 0.1 * speed_mps * step, 0, {speed_mps, 0})};
         blob.velocity_covariance = {0.1, 0, 0.1};
         blob.is_cut_right = is_cut;
-        update(tracker, world, {blob}, 0.1);
-        EXPECT_EQ(report_of(tracker).front().moving, step >= (is_cut && speed_mps < 2 ? 4 : 2)) << step;
+        run.update({blob}, 0.1);
+        EXPECT_EQ(run.report().front().moving, step >= (is_cut && speed_mps < 2 ? 4 : 2)) << step;
       }
     }
   }
 }
 
 TEST(Tracker, ReportsInTheVehicleFrame) {
-  GroundSeenFree world;
-  Tracker tracker{plain_config(), PaintedObstacles::rig()};
+  TrackedBlobs run;
   Cluster blob{blob_at(4, 3, {2, 1})};
   blob.yaw_rad = 30 * degree;
   blob.velocity_covariance = {0.09, 0, 0.09};
-  for (int step{0}; step < 4; ++step) update(tracker, world, {blob}, 0);
+  for (int step{0}; step < 4; ++step) run.update({blob}, 0);
   // the car stands at (4, 1) and faces +y: the blob is 2 m ahead, moves to the right and away
-  const Obstacle seen{report_of(tracker, {4, 1, 90 * degree}).at(0)};
+  const Obstacle seen{run.report({4, 1, 90 * degree}).at(0)};
   EXPECT_NEAR(seen.x_m, 2, 0.01);
   EXPECT_NEAR(seen.y_m, 0, 0.01);
   EXPECT_NEAR(seen.vx_mps, 1, 1e-6);
@@ -123,7 +115,7 @@ TEST(Tracker, ReportsInTheVehicleFrame) {
   EXPECT_NEAR(seen.length_m, 0.6 * c + 0.4 * s, 0.03);
   EXPECT_NEAR(seen.width_m, 0.6 * s + 0.4 * c, 0.03);
   EXPECT_NEAR(seen.occupancy, 0.9, 1e-9);
-  const Obstacle in_world{report_of(tracker).at(0)};
+  const Obstacle in_world{run.report().at(0)};
   ASSERT_EQ(seen.outline.size(), 4u);
   EXPECT_NEAR(seen.outline[0].x, 2.2, 1e-6);
   EXPECT_NEAR(seen.outline[0].y, 0.3, 1e-6);
@@ -200,10 +192,9 @@ TEST(TrackedBox, GrowsByThreeTenthsOfWhatIsSeenOfItsFarSide) {
 }
 
 TEST(Tracker, WhatStandsHasNoYawRateAndAnUnknownSize) {
-  GroundSeenFree world;
-  Tracker tracker{plain_config(), PaintedObstacles::rig()};
-  for (int step{0}; step < 5; ++step) update(tracker, world, {blob_at(3, 0)}, 0.1);
-  const Obstacle seen{report_of(tracker).at(0)};
+  TrackedBlobs run;
+  for (int step{0}; step < 5; ++step) run.update({blob_at(3, 0)}, 0.1);
+  const Obstacle seen{run.report().at(0)};
   EXPECT_EQ(seen.yaw_rate_radps, 0);
   EXPECT_TRUE(std::isinf(seen.length_sigma_m));
   EXPECT_TRUE(std::isinf(seen.width_sigma_m));

@@ -13,19 +13,18 @@ namespace stereogrid::test {
 namespace {
 
 TEST(Tracker, FollowsAMovingBlob) {
-  GroundSeenFree world;
-  Tracker tracker{plain_config(), PaintedObstacles::rig()};
+  TrackedBlobs run;
   for (int step{0}; step < 25; ++step) {
     // the filter's velocity is unsure at first: it says nothing
     const Point2 velocity{step < 4 ? Point2{} : Point2{1.4, -0.6}};
-    update(tracker, world, {blob_at(0.14 * step, 2 - 0.06 * step, velocity)}, 0.1);
-    const std::vector<Obstacle> seen{report_of(tracker)};
+    run.update({blob_at(0.14 * step, 2 - 0.06 * step, velocity)}, 0.1);
+    const std::vector<Obstacle> seen{run.report()};
     ASSERT_EQ(seen.size(), 1u);
     EXPECT_EQ(seen[0].id, 1);
     EXPECT_EQ(seen[0].confirmed, step >= 2) << step;
     EXPECT_NEAR(seen[0].age_s, 0.1 * step, 1e-9);
   }
-  const Obstacle last{report_of(tracker)[0]};
+  const Obstacle last{run.report()[0]};
   EXPECT_NEAR(last.x_m, 0.14 * 24, 0.03);
   EXPECT_NEAR(last.y_m, 2 - 0.06 * 24, 0.03);
   EXPECT_NEAR(last.vx_mps, 1.4, 0.05);
@@ -37,17 +36,16 @@ TEST(Tracker, FollowsAMovingBlob) {
 }
 
 TEST(Tracker, LargeBlobsAreConfirmedByFramesToo) {
-  GroundSeenFree world;
-  Tracker tracker{plain_config(), PaintedObstacles::rig()};
+  TrackedBlobs run;
   Cluster large{blob_at(3, 0)};
   large.pixels = 4000;
   for (int step{0}; step < 3; ++step) {
-    update(tracker, world, {large, blob_at(5, 2)}, 0.1);
-    EXPECT_EQ(report_of(tracker).at(0).confirmed, step == 2) << step;
-    EXPECT_TRUE(tracker.is_certain(1)) << step;
-    EXPECT_EQ(tracker.is_certain(2), step == 2) << step;
+    run.update({large, blob_at(5, 2)}, 0.1);
+    EXPECT_EQ(run.report().at(0).confirmed, step == 2) << step;
+    EXPECT_TRUE(run.tracker.is_certain(1)) << step;
+    EXPECT_EQ(run.tracker.is_certain(2), step == 2) << step;
   }
-  EXPECT_FALSE(tracker.is_certain(3));
+  EXPECT_FALSE(run.tracker.is_certain(3));
 }
 
 TEST(Tracker, OneFrameConfirmsIfSet) {
@@ -60,11 +58,10 @@ TEST(Tracker, OneFrameConfirmsIfSet) {
 }
 
 TEST(Tracker, BlobsBesideTheGridAreNotConfirmed) {
-  GroundSeenFree world;
-  Tracker tracker{plain_config(), PaintedObstacles::rig()};
-  for (int step{0}; step < 5; ++step) update(tracker, world, {blob_at(3, 0)}, 0.1);
+  TrackedBlobs run;
+  for (int step{0}; step < 5; ++step) run.update({blob_at(3, 0)}, 0.1);
   const auto is_confirmed = [&](const GridGeometry& grid, const Pose2& vehicle = {}) {
-    return report_of(tracker, vehicle, grid).at(0).confirmed;
+    return report_of(run.tracker, vehicle, grid).at(0).confirmed;
   };
   EXPECT_TRUE(is_confirmed({0, -5, 0.5, 10, 20}));
   EXPECT_TRUE(is_confirmed({0, -5, 0.25, 11, 40})) << "partly inside";
@@ -74,35 +71,31 @@ TEST(Tracker, BlobsBesideTheGridAreNotConfirmed) {
 }
 
 TEST(Tracker, EndsWhereTheCameraDoesNotLook) {
-  GroundSeenFree world;
-  world.layers.occupancy.fill(0.5f);
-  Tracker tracker{plain_config(), PaintedObstacles::rig()};
-  for (int step{0}; step < 5; ++step) update(tracker, world, {blob_at(3, 0), blob_at(1, 3)}, 0.1);
-  update(tracker, world, {}, 0.1);
-  ASSERT_EQ(report_of(tracker).size(), 1u);
-  EXPECT_NEAR(report_of(tracker)[0].x_m, 3, 0.1);
+  TrackedBlobs run{0.5f};
+  for (int step{0}; step < 5; ++step) run.update({blob_at(3, 0), blob_at(1, 3)}, 0.1);
+  run.update({}, 0.1);
+  ASSERT_EQ(run.report().size(), 1u);
+  EXPECT_NEAR(run.report()[0].x_m, 3, 0.1);
 }
 
 TEST(Tracker, CoastsWhileUnseenAndTakesUpAgain) {
-  GroundSeenFree world;
-  world.layers.occupancy.fill(0.5f);
-  Tracker tracker{plain_config(), PaintedObstacles::rig()};
+  TrackedBlobs run{0.5f};
   const auto moving_at = [](double x_m) {
     Cluster blob{blob_at(x_m, 0, {2, 0})};
     blob.velocity_covariance = {0.1, 0, 0.1};
     return blob;
   };
-  for (int step{0}; step < 10; ++step) update(tracker, world, {moving_at(0.2 * step)}, 0.1);
-  for (int step{0}; step < 5; ++step) update(tracker, world, {}, 0.1);
-  const std::vector<Obstacle> unseen{report_of(tracker)};
+  for (int step{0}; step < 10; ++step) run.update({moving_at(0.2 * step)}, 0.1);
+  for (int step{0}; step < 5; ++step) run.update({}, 0.1);
+  const std::vector<Obstacle> unseen{run.report()};
   ASSERT_EQ(unseen.size(), 1u);
   EXPECT_NEAR(unseen[0].x_m, 2.8, 0.1);
   EXPECT_NEAR(unseen[0].outline[0].x, 2.5, 0.1) << "its outline goes on with it";
   EXPECT_TRUE(unseen[0].confirmed);
   EXPECT_TRUE(unseen[0].coasting);
   EXPECT_NEAR(unseen[0].unseen_s, 0.5, 1e-9);
-  update(tracker, world, {moving_at(3)}, 0.1);
-  const Obstacle again{report_of(tracker).at(0)};
+  run.update({moving_at(3)}, 0.1);
+  const Obstacle again{run.report().at(0)};
   EXPECT_EQ(again.id, 1);
   EXPECT_FALSE(again.coasting);
   EXPECT_LT(again.position_covariance.xx, unseen[0].position_covariance.xx);
@@ -110,56 +103,47 @@ TEST(Tracker, CoastsWhileUnseenAndTakesUpAgain) {
 
 // Cells that seem to move are no evidence yet.
 TEST(Tracker, WhatIsNotSaidToMoveStaysWhileUnseen) {
-  GroundSeenFree world;
-  world.layers.occupancy.fill(0.5f);
-  Tracker tracker{plain_config(), PaintedObstacles::rig()};
-  for (int step{0}; step < 4; ++step) update(tracker, world, {blob_at(3, 0, {6, 0})}, 0.1);
-  for (int step{0}; step < 5; ++step) update(tracker, world, {screen()}, 0.1);
-  const Obstacle unseen{report_of(tracker).at(0)};
+  TrackedBlobs run{0.5f};
+  for (int step{0}; step < 4; ++step) run.update({blob_at(3, 0, {6, 0})}, 0.1);
+  for (int step{0}; step < 5; ++step) run.update({screen()}, 0.1);
+  const Obstacle unseen{run.report().at(0)};
   EXPECT_TRUE(unseen.coasting);
   EXPECT_NEAR(unseen.x_m, 3, 1e-9);
   EXPECT_NEAR(unseen.outline[0].x, 2.7, 1e-9);
 }
 
 TEST(Tracker, GivesUpAfterCoasting) {
-  GroundSeenFree world;
-  world.layers.occupancy.fill(0.5f);
-  Tracker tracker{plain_config(), PaintedObstacles::rig()};
-  for (int step{0}; step < 10; ++step) update(tracker, world, {blob_at(3, 0)}, 0.1);
-  for (int step{0}; step < 9; ++step) update(tracker, world, {screen()}, 0.1);
-  EXPECT_EQ(report_of(tracker).at(0).id, 1);
-  for (int step{0}; step < 2; ++step) update(tracker, world, {screen()}, 0.1);
-  EXPECT_EQ(report_of(tracker).at(0).id, 2) << "the screen";
+  TrackedBlobs run{0.5f};
+  for (int step{0}; step < 10; ++step) run.update({blob_at(3, 0)}, 0.1);
+  for (int step{0}; step < 9; ++step) run.update({screen()}, 0.1);
+  EXPECT_EQ(run.report().at(0).id, 1);
+  for (int step{0}; step < 2; ++step) run.update({screen()}, 0.1);
+  EXPECT_EQ(run.report().at(0).id, 2) << "the screen";
 }
 
 TEST(Tracker, WhatStandsAndIsNotSeenThoughNothingHidesItIsOver) {
-  GroundSeenFree world;
-  world.layers.occupancy.fill(0.5f);
-  Tracker tracker{plain_config(), PaintedObstacles::rig()};
-  for (int step{0}; step < 10; ++step) update(tracker, world, {blob_at(3, 0)}, 0.1);
-  for (int step{0}; step < 2; ++step) update(tracker, world, {}, 0.1);
-  EXPECT_EQ(report_of(tracker).size(), 1u) << "two frames may be errors";
-  update(tracker, world, {}, 0.1);
-  EXPECT_TRUE(report_of(tracker).empty());
+  TrackedBlobs run{0.5f};
+  for (int step{0}; step < 10; ++step) run.update({blob_at(3, 0)}, 0.1);
+  for (int step{0}; step < 2; ++step) run.update({}, 0.1);
+  EXPECT_EQ(run.report().size(), 1u) << "two frames may be errors";
+  run.update({}, 0.1);
+  EXPECT_TRUE(run.report().empty());
 }
 
 TEST(Tracker, EndsWhereItsPlaceIsSeenFree) {
-  GroundSeenFree world;
-  Tracker tracker{plain_config(), PaintedObstacles::rig()};
-  for (int step{0}; step < 10; ++step) update(tracker, world, {blob_at(3, 0)}, 0.1);
-  update(tracker, world, {}, 0.1);
-  EXPECT_EQ(report_of(tracker).size(), 1u);  // once may be an error
-  for (int step{0}; step < 2; ++step) update(tracker, world, {}, 0.1);
-  EXPECT_TRUE(report_of(tracker).empty());
+  TrackedBlobs run;
+  for (int step{0}; step < 10; ++step) run.update({blob_at(3, 0)}, 0.1);
+  run.update({}, 0.1);
+  EXPECT_EQ(run.report().size(), 1u);  // once may be an error
+  for (int step{0}; step < 2; ++step) run.update({}, 0.1);
+  EXPECT_TRUE(run.report().empty());
 }
 
 TEST(Tracker, AnUnconfirmedGlimpseEndsAtOnce) {
-  GroundSeenFree world;
-  world.layers.occupancy.fill(0.5f);
-  Tracker tracker{plain_config(), PaintedObstacles::rig()};
-  update(tracker, world, {blob_at(3, 0)}, 0.1);
-  update(tracker, world, {}, 0.1);
-  EXPECT_TRUE(report_of(tracker).empty());
+  TrackedBlobs run{0.5f};
+  run.update({blob_at(3, 0)}, 0.1);
+  run.update({}, 0.1);
+  EXPECT_TRUE(run.report().empty());
 }
 
 Rig small_rig() {
