@@ -187,7 +187,7 @@ def samples_of(run_folder: Path, data: Path, to_m: float, with_observed=False):
     matching = run["config"]["matching"]
     shows_errors = matching["subpixel"] and matching["method"] == "correlation" and run["matcher"] == "own"
     is_lidar = (data / "velodyne").is_dir()
-    if is_lidar and rig != camera:
+    if is_lidar and any(rig[key] != camera[key] for key in ("cy_px", "height_px")):
         sys.exit(f"{run_folder}: lidar labels need a camera that is level, within a degree.")
     to_camera = kitti_calibration(data / "calib.txt") if is_lidar else None
     features, labels, observed = [], [], []
