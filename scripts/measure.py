@@ -97,10 +97,10 @@ def commit() -> str:
 
 
 def shown(command: list) -> str:
-    """Without the folders of this machine, in lists with commas neither."""
+    """Without the folders of this machine, in lists with commas and pairs A=B neither."""
     def name_of(part: str) -> str:
         return Path(part).name if os.path.exists(part) else part
-    return " ".join(",".join(map(name_of, part.split(","))) for part in command)
+    return " ".join("".join(map(name_of, re.split("([,=])", part))) for part in command)
 
 
 def arguments(given: list) -> argparse.Namespace:

@@ -1,11 +1,20 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""Hooks of mkdocs.yml: links to files outside of docs/ become plain text (tests/rules/links.py checks those), and the pages of
-constants and of results are generated."""
+"""Hooks of mkdocs.yml. Pages of constants and of results are generated. In all pages
+
+* links to files outside of docs/ lead to the forge of `repo_url`, or become plain text without one (tests/rules/links.py checks them);
+* blocks of ```math become MathML;
+* <!-- snippet FILE --> is followed by the code of an example, as in README.md;
+* bold lines between <!-- tabs --> and <!-- end --> become tabs.
+"""
 import re
+from textwrap import indent
 
 from constants import page as constants_page
+from latex2mathml.converter import convert
+from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File
+from readme import snippet
 from results import page as results_page
 
 
@@ -15,6 +24,25 @@ def on_files(files, config):
     return files
 
 
-def on_page_markdown(markdown, page, **_):
-    depth = page.file.src_uri.count("/")
-    return re.sub(rf"(?<!!)\[([^\]]+)\]\((?:\.\./){{{depth + 1}}}[^)]*\)", r"\1", markdown)
+def formula(latex: str) -> str:
+    """MathML of a block; raises PluginError if it has a command that latex2mathml does not know, which it would show as text."""
+    mathml = convert(latex.replace("\n", " ").replace("{aligned}", "{align*}"), display="block")
+    if unknown := re.search(r"\\[A-Za-z]+", mathml):
+        raise PluginError(f"formula with unknown command {unknown[0]}: {latex.strip()}. Use a command of latex2mathml.")
+    return f'<div class="formula">{mathml}</div>\n'
+
+
+def tabs(block: str) -> str:
+    _, *parts = re.split(r"^\*\*(.+)\*\*\n", block, flags=re.MULTILINE)
+    return "".join(f'=== "{name}"\n\n{indent(text, "    ")}\n' for name, text in zip(parts[::2], parts[1::2]))
+
+
+def on_page_markdown(markdown, page, config, **_):
+    if page.url == "":
+        page.meta["hide"] = ["navigation", "toc"]
+    up = r"\.\./" * (page.file.src_uri.count("/") + 1)
+    link = rf"[\1]({config.repo_url}/blob/HEAD/\2)" if config.repo_url else r"\1"
+    markdown = re.sub(rf"(?<!!)\[([^\]]+)\]\({up}([^)]*)\)", link, markdown)
+    markdown = re.sub(r"^```math\n(.*?)^```\n", lambda match: formula(match[1]), markdown, flags=re.DOTALL | re.MULTILINE)
+    markdown = re.sub(r"<!-- snippet (\S+) -->", lambda match: snippet(match[1]), markdown)
+    return re.sub(r"<!-- tabs -->(.*?)<!-- end -->", lambda match: tabs(match[1]), markdown, flags=re.DOTALL)

@@ -20,14 +20,20 @@ import results  # noqa: E402
 
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
-# text of the first column, measurement, title of its table ("": any), first cells of the row, columns with their units
+# text of the first column, measurement, title of its table ("": any), first cells of the rows, columns with their units; of several rows the
+# least and the greatest value, of counts the sum
 MEASURED = (
-    ("Occupancy against lidar, KITTI odometry 04, filtered", "lidar-default", "grids", ("kitti_odo04", "21", "occupancy"),
+    ("Occupancy against lidar, single frames, ray weights fitted on other inputs: KITTI odometry 04", "lidar-left-out", "", ("kitti_odo04",),
+     {"AUC": "AUC {}", "log-loss": "log-loss {}"}),
+    ("… KITTI raw 0009", "lidar-left-out", "", ("kitti_raw0009",), {"AUC": "AUC {}", "log-loss": "log-loss {}"}),
+    ("… fitted on these, too, filtered: KITTI odometry 04", "lidar-default", "grids", ("kitti_odo04", "21", "occupancy", "all"),
      {"AUC": "AUC {}", "log-loss": "log-loss {}"}),
     ("Hidden obstacles found at 1 % false alarms, KITTI raw 0009: this library", "lidar-default", "grids",
-     ("kitti_raw0009", "16", "observed"), {"hidden: recall at 1 %": "{}"}),
-    ("… ray casting on the same disparities", "other-methods", "0009", ("`ray_casting`",), {"hidden: recall at 1 %": "{}"}),
-    ("Moving objects, rendered crossing", "exact-truth", "motion", ("B-crossing",),
+     ("kitti_raw0009", "16", "observed", "all"), {"hidden: recall at 1 %": "{}"}),
+    ("… ray casting on the same disparities", "other-methods", "kitti_raw0009", ("`ray_casting`", "all"), {"hidden: recall at 1 %": "{}"}),
+    ("Moving objects, eight rendered streets that nothing was chosen on", "obstacles-streets-left-out", "motion", ("scene:street",),
+     {"found": "found {}", "speed error, m/s": "speed error {} m/s", "direction error, °": "direction error {}°"}),
+    ("… rendered crossing", "exact-truth", "motion", ("B-crossing",),
      {"found": "found {}", "speed error, m/s": "speed error {} m/s", "direction error, °": "direction error {}°"}),
     ("Visual odometry, drift over KITTI odometry 04 (41 frames)", "odometry", "", ("kitti_odo04",), {"error at the end, %": "{} %"}),
     ("`stereogrid run`, KITTI 1226 × 370 px, two cores, images and grids on disk", "run", "", ("all layers", "400"),
@@ -35,7 +41,16 @@ MEASURED = (
     ("Pipeline alone, 512 × 320 px, with AVX2", "chain", "", ("default, AVX2",), {"total": "{} ms per frame (least / median)"}),
     ("… with a GPU", "gpu-chain", "", ("default, GPU",), {"total": "{} ms per frame (least / median)"}),
 )
+IN_SAMPLE = "† In-sample: constants were fitted, or options chosen, on this input."
 
+# figures of docs/: input and options of the run, number of its first frame there, number of frames
+FIGURES = {
+    "crossing": (("scene:crossing?frames=40&width=1242&height=375",), 6, 28),
+    "street": (("scene:street?frames=60&width=1242&height=375", "--frames=0:27"), 25, 1),
+    "corridor": (("scene:corridor?frames=60&speed=0.6&camera_height=0.4&width=848&height=480&focal=424&baseline=0.05", "--preset=robot",
+                  "--frames=0:22"), 20, 1),
+    "drop": (("scene:course?frames=170", "--frames=0:130"), 128, 1),
+}
 
 # screens of docs/ros2.md: a scene with the camera's image size, field of view and baseline
 INDOORS = "corridor?frames=16&speed=0.6&camera_height=0.4"
@@ -48,24 +63,33 @@ SCREENS = {
 }
 
 
+def summary(values: list) -> str:
+    """One value as it is; the sums of counts "a of b"; else the least and the greatest."""
+    counts = [re.fullmatch(r"(\d+) of (\d+)", value) for value in values]
+    if len(values) > 1 and all(counts):
+        return " of ".join(str(sum(int(count[i]) for count in counts)) for i in (1, 2))
+    return "–".join(dict.fromkeys((min(values, key=float), max(values, key=float)))) if len(values) > 1 else values[0]
+
+
 def figure_row(label: str, name: str, title: str, first: tuple[str, ...], columns: dict[str, str]) -> str:
     measurement = results.load()[name]
     for table in measurement["tables"]:
         if title not in table["title"] or not columns.keys() <= set(table["columns"]):
             continue
-        for row in table["rows"]:
-            cells = tuple(map(results.cell_text, row))
-            if cells[:len(first)] == first:
-                values = ", ".join(form.format(cells[table["columns"].index(column)]) for column, form in columns.items())
-                mark = "".join(f" ({note.split(' (')[0].removeprefix('Measured ').rstrip('.')})" for note in measurement.get("notes", [])
-                               if note.startswith("Measured before"))
-                return f"| {label} | {values} | {measurement['machine']} | {measurement['date']}{mark} |"
+        rows = [cells for cells in (list(map(results.cell_text, row)) for row in table["rows"])
+                if all(cell == start or cell.startswith(start + "?") for cell, start in zip(cells, first))]
+        if rows:
+            values = ", ".join(form.format(summary([cells[table["columns"].index(column)] for cells in rows])) for column, form in columns.items())
+            fitted = " †" if results.in_sample(measurement, f"{table['title']} {rows[0][0]}") else ""
+            mark = "".join(f" ({note.split(' (')[0].removeprefix('Measured ').rstrip('.')})" for note in measurement.get("notes", [])
+                           if note.startswith("Measured before"))
+            return f"| {label}{fitted} | {values} | {measurement['machine']} | {measurement['date']}{mark} |"
     raise ValueError(f"bench/results.json: {name}: no row {first} with columns {list(columns)}. Correct MEASURED in scripts/readme.py.")
 
 
 def measured() -> str:
     rows = [figure_row(*entry) for entry in MEASURED]
-    return "\n".join(["| measured | value | processor | date |", "| --- | --- | --- | --- |", *rows])
+    return "\n".join(["| measured | value | processor | date |", "| --- | --- | --- | --- |", *rows, "", IN_SAMPLE])
 
 
 def snippet(name: str) -> str:
@@ -77,21 +101,26 @@ def snippet(name: str) -> str:
 
 def generated(readme: str) -> str:
     readme = re.sub(r"(<!-- snippet (\S+) -->\n)```.*?^```", lambda match: match[1] + snippet(match[2]), readme, flags=re.DOTALL | re.MULTILINE)
-    return re.sub(r"(<!-- measured -->\n)(?:\|.*\n)*", lambda match: match[1] + measured() + "\n", readme)
+    return re.sub(r"(<!-- measured -->\n)(?:\|.*\n)*(?:\n†.*\n)?", lambda match: match[1] + measured() + "\n", readme)
+
+
+def encode(picture: str, name: str, *options: str) -> None:
+    subprocess.run(["ffmpeg", "-loglevel", "error", "-y", *options[:-1], "-i", picture, *options[-1].split(),
+                    ROOT / "docs" / "pictures" / f"{name}.webp"], check=True)
 
 
 def render_figures() -> None:
-    """Camera and grid of a crossing; grids of this library and of other methods behind an obstacle."""
+    """Figures of runs, animated if they have several frames; grids of this library and of other methods behind an obstacle."""
     programs = ROOT / "build" / "release" / "bin"
     with tempfile.TemporaryDirectory() as folder:
-        size = "width=1242&height=375"
-        subprocess.run([programs / "stereogrid", "run", f"scene:crossing?frames=20&{size}", "--out", f"{folder}/run", "--pictures", "-q"],
-                       check=True)
-        subprocess.run([ROOT / "research" / "compare.py", programs, f"scene:occlusion?frames=8&{size}", "--frames=0:6", "--figure",
+        for name, (arguments, first, frames) in FIGURES.items():
+            subprocess.run([programs / "stereogrid", "run", *arguments, "--out", f"{folder}/{name}", "--pictures", "-q"], check=True)
+            size = "-vf scale=960:-2:flags=area -c:v libwebp_anim -loop 0 -quality 35" if frames > 1 else "-vf scale=1200:-2:flags=area -quality 60"
+            encode(f"{folder}/{name}/pictures/%06d.png", name, "-framerate", "10", "-start_number", str(first),
+                   f"{size} -frames:v {frames} -compression_level 6")
+        subprocess.run([ROOT / "research" / "compare.py", programs, "scene:occlusion?frames=8&width=1242&height=375", "--frames=0:6", "--figure",
                         f"{folder}/hidden.png", "--only", "observed,nearest_obstacle,free_space,ray_casting"], check=True)
-        for source, target in (("run/pictures/000014.png", "crossing"), ("hidden.png", "hidden")):
-            subprocess.run(["ffmpeg", "-loglevel", "error", "-y", "-i", f"{folder}/{source}", "-vf", "scale=1500:-1:flags=area",
-                            "-quality", "80", ROOT / "docs" / "pictures" / f"{target}.webp"], check=True)
+        encode(f"{folder}/hidden.png", "hidden", "-vf scale=1500:-1:flags=area -quality 80")
 
 
 def render_screens() -> None:
@@ -107,8 +136,7 @@ def render_screens() -> None:
                                 "--virtual-time-budget=6000", f"--screenshot={screen}", f"{page}#frame=14"], check=True,
                                stderr=subprocess.DEVNULL)
                 view.terminate()
-            subprocess.run(["ffmpeg", "-loglevel", "error", "-y", "-i", screen, "-quality", "80",
-                            ROOT / "docs" / "pictures" / f"{name}.webp"], check=True)
+            encode(screen, name, "-quality 80")
 
 
 def main() -> int:

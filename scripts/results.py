@@ -25,9 +25,8 @@ Data: parts of KITTI odometry sequence 04 (41 frames) and of the raw drives 2011
 rendered sequences A to E with exact truth (512 × 320 px with f·b = 90 px·m; E: 1242 × 375 px with 390 px·m).
 [evaluation.md](evaluation.md) defines the scores.
 
-† In-sample: constants were fitted, or options chosen, on this input. Rows without it are of inputs that nothing was fitted on.
-Left out of the fit, the log-loss of single frames is .104 on odometry 04 and .133 on raw 0009, 3–20 m
-([decision 27](decisions.md#27-matches-are-rejected-by-their-cost)): these are the figures to quote.
+† In-sample: constants were fitted, or options chosen, on this input. Rows without it are of inputs that nothing was fitted on. The figures to
+quote are those of [weights fitted without the input](#ray-weights-fitted-without-the-input).
 """
 
 
@@ -78,13 +77,14 @@ def cell_text(value) -> str:
     return "–" if value is None else str(value)
 
 
-def marked(row: list, section: str) -> list:
-    """With a mark at inputs that constants were fitted on, where the row is of accuracy."""
-    return [f"{row[0]} †", *row[1:]] if section in ACCURACY and FITTED.search(cell_text(row[0])) else row
+def in_sample(measurement: dict, text: str) -> bool:
+    """Whether a figure is of accuracy on an input that constants were fitted on, which the text names."""
+    return measurement["section"] in ACCURACY and "fitted without" not in measurement["title"] and bool(FITTED.search(text))
 
 
-def table_text(table: dict, section: str) -> str:
-    rows = [table["columns"], ["---"] * len(table["columns"]), *(marked(row, section) for row in table["rows"])]
+def table_text(table: dict, measurement: dict) -> str:
+    marked = ([f"{row[0]} †", *row[1:]] if in_sample(measurement, cell_text(row[0])) else row for row in table["rows"])
+    rows = [table["columns"], ["---"] * len(table["columns"]), *marked]
     title = f"**{table['title']}**\n\n" if table["title"] else ""
     return title + "\n".join("| " + " | ".join(map(cell_text, row)) + " |" for row in rows)
 
@@ -101,7 +101,7 @@ def source_text(measurement: dict) -> str:
 
 def measurement_text(measurement: dict) -> str:
     parts = [f"### {measurement['title']}", measurement["about"], 
-             *(table_text(table, measurement["section"]) for table in measurement["tables"])]
+             *(table_text(table, measurement) for table in measurement["tables"])]
     if measurement.get("notes"):
         parts.append("\n".join("* " + note for note in measurement["notes"]))
     return "\n\n".join([*parts, source_text(measurement)])
