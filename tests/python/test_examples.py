@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""The programs of examples/python/ and the snippets of docs/python.md, as a user would call them."""
+"""The programs and notebooks of examples/python/ and the snippets of docs/python.md, as a user would call them."""
 
 from __future__ import annotations
 
@@ -54,6 +54,22 @@ def test_score_lidar(kitti: Path, tmp_path: Path) -> None:
     text = call("score_lidar.py", tmp_path / "run")
     assert "4 frames of preset default" in text
     assert re.search(r"^occupancy 3-20: .*'missed': 0\.\d", text, re.M)
+
+
+@pytest.mark.parametrize("name", sorted(file.name for file in EXAMPLES.glob("*.ipynb")))
+def test_notebooks(name: str, tmp_path: Path) -> None:
+    for package in ("ipykernel", "matplotlib", "pandas"):
+        pytest.importorskip(package)
+    nbclient = pytest.importorskip("nbclient")
+    nbformat = pytest.importorskip("nbformat")
+    notebook = nbformat.read(EXAMPLES / name, as_version=4)
+    code = [cell for cell in notebook.cells if cell.cell_type == "code"]
+    assert not any(cell.outputs or cell.execution_count for cell in code), "stored without outputs"
+    nbclient.NotebookClient(notebook, timeout=300, resources={"metadata": {"path": str(tmp_path)}}).execute()
+    kinds = [kind for cell in code for output in cell.outputs for kind in output.get("data", {})]
+    assert kinds.count("image/png") >= 3
+    errors = [output.text for cell in code for output in cell.outputs if output.get("name") == "stderr"]
+    assert not errors
 
 
 def test_snippets(drive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
