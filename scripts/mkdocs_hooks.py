@@ -3,7 +3,7 @@
 """Hooks of mkdocs.yml. Pages of constants and of results are generated. In all pages
 
 * links to files outside of docs/ lead to the forge of `repo_url`, or become plain text without one (tests/rules/links.py checks them);
-* blocks of ```math become MathML;
+* blocks of ```math become MathML, and symbols such as a_u outside of code get an index;
 * <!-- snippet FILE --> is followed by the code of an example, as in README.md;
 * bold lines between <!-- tabs --> and <!-- end --> become tabs.
 """
@@ -32,6 +32,12 @@ def formula(latex: str) -> str:
     return f'<div class="formula">{mathml}</div>\n'
 
 
+def with_indices(markdown: str) -> str:
+    """Symbols of one letter with an index, such as a_u; code and headings are left as they are."""
+    return re.sub(r"(^```.*?^```|`[^`\n]+`|^#[^\n]*)|(?<!\w)([^\W\d_])_(\w+)",
+                  lambda match: match[1] or f"{match[2]}<sub>{match[3]}</sub>", markdown, flags=re.DOTALL | re.MULTILINE)
+
+
 def tabs(block: str) -> str:
     _, *parts = re.split(r"^\*\*(.+)\*\*\n", block, flags=re.MULTILINE)
     return "".join(f'=== "{name}"\n\n{indent(text, "    ")}\n' for name, text in zip(parts[::2], parts[1::2]))
@@ -44,5 +50,6 @@ def on_page_markdown(markdown, page, config, **_):
     link = rf"[\1]({config.repo_url}/blob/HEAD/\2)" if config.repo_url else r"\1"
     markdown = re.sub(rf"(?<!!)\[([^\]]+)\]\({up}([^)]*)\)", link, markdown)
     markdown = re.sub(r"^```math\n(.*?)^```\n", lambda match: formula(match[1]), markdown, flags=re.DOTALL | re.MULTILINE)
+    markdown = with_indices(markdown)
     markdown = re.sub(r"<!-- snippet (\S+) -->", lambda match: snippet(match[1]), markdown)
     return re.sub(r"<!-- tabs -->(.*?)<!-- end -->", lambda match: tabs(match[1]), markdown, flags=re.DOTALL)

@@ -80,7 +80,7 @@ def figure_row(label: str, name: str, title: str, first: tuple[str, ...], column
                 if all(cell == start or cell.startswith(start + "?") for cell, start in zip(cells, first))]
         if rows:
             values = ", ".join(form.format(summary([cells[table["columns"].index(column)] for cells in rows])) for column, form in columns.items())
-            fitted = " †" if results.in_sample(measurement, f"{table['title']} {rows[0][0]}") else ""
+            fitted = "\N{NO-BREAK SPACE}†" if results.in_sample(measurement, f"{table['title']} {rows[0][0]}") else ""
             mark = "".join(f" ({note.split(' (')[0].removeprefix('Measured ').rstrip('.')})" for note in measurement.get("notes", [])
                            if note.startswith("Measured before"))
             return f"| {label}{fitted} | {values} | {measurement['machine']} | {measurement['date']}{mark} |"

@@ -83,7 +83,7 @@ def in_sample(measurement: dict, text: str) -> bool:
 
 
 def table_text(table: dict, measurement: dict) -> str:
-    marked = ([f"{row[0]} †", *row[1:]] if in_sample(measurement, cell_text(row[0])) else row for row in table["rows"])
+    marked = ([f"{row[0]}\N{NO-BREAK SPACE}†", *row[1:]] if in_sample(measurement, cell_text(row[0])) else row for row in table["rows"])
     rows = [table["columns"], ["---"] * len(table["columns"]), *marked]
     title = f"**{table['title']}**\n\n" if table["title"] else ""
     return title + "\n".join("| " + " | ".join(map(cell_text, row)) + " |" for row in rows)

@@ -14,3 +14,7 @@ site=$(mktemp -d)
 trap 'rm -rf "$site"' EXIT
 NO_MKDOCS_2_WARNING=1 "$mkdocs" build --strict --config-file "$root/mkdocs.yml" --site-dir "$site"
 [ -f "$site/constants/index.html" ]
+# formulas, tabs and code of examples are made by scripts/mkdocs_hooks.py
+grep -q '<math ' "$site/method/index.html"
+grep -q tabbed-set "$site/index.html"
+grep -q open_recording "$site/index.html"
