@@ -104,23 +104,23 @@ def generated(readme: str) -> str:
     return re.sub(r"(<!-- measured -->\n)(?:\|.*\n)*(?:\n†.*\n)?", lambda match: match[1] + measured() + "\n", readme)
 
 
-def encode(picture: str, name: str, *options: str) -> None:
-    subprocess.run(["ffmpeg", "-loglevel", "error", "-y", *options[:-1], "-i", picture, *options[-1].split(),
-                    ROOT / "docs" / "pictures" / f"{name}.webp"], check=True)
+def encode(source: list[str], name: str, options: str) -> None:
+    """Writes docs/pictures/NAME.webp with ffmpeg; source: its options for the input."""
+    subprocess.run(["ffmpeg", "-loglevel", "error", "-y", *source, *options.split(), ROOT / "docs" / "pictures" / f"{name}.webp"], check=True)
 
 
 def render_figures() -> None:
     """Figures of runs, animated if they have several frames; grids of this library and of other methods behind an obstacle."""
     programs = ROOT / "build" / "release" / "bin"
+    still, moving = "-vf scale=1200:-2:flags=area -quality 60", "-vf scale=960:-2:flags=area -c:v libwebp_anim -loop 0 -quality 35"
     with tempfile.TemporaryDirectory() as folder:
         for name, (arguments, first, frames) in FIGURES.items():
             subprocess.run([programs / "stereogrid", "run", *arguments, "--out", f"{folder}/{name}", "--pictures", "-q"], check=True)
-            size = "-vf scale=960:-2:flags=area -c:v libwebp_anim -loop 0 -quality 35" if frames > 1 else "-vf scale=1200:-2:flags=area -quality 60"
-            encode(f"{folder}/{name}/pictures/%06d.png", name, "-framerate", "10", "-start_number", str(first),
-                   f"{size} -frames:v {frames} -compression_level 6")
+            encode(["-framerate", "10", "-start_number", str(first), "-i", f"{folder}/{name}/pictures/%06d.png"], name,
+                   f"{moving if frames > 1 else still} -frames:v {frames} -compression_level 6")
         subprocess.run([ROOT / "research" / "compare.py", programs, "scene:occlusion?frames=8&width=1242&height=375", "--frames=0:6", "--figure",
                         f"{folder}/hidden.png", "--only", "observed,nearest_obstacle,free_space,ray_casting"], check=True)
-        encode(f"{folder}/hidden.png", "hidden", "-vf scale=1500:-1:flags=area -quality 80")
+        encode(["-i", f"{folder}/hidden.png"], "hidden", "-vf scale=1500:-1:flags=area -quality 80")
 
 
 def render_screens() -> None:
@@ -136,7 +136,7 @@ def render_screens() -> None:
                                 "--virtual-time-budget=6000", f"--screenshot={screen}", f"{page}#frame=14"], check=True,
                                stderr=subprocess.DEVNULL)
                 view.terminate()
-            encode(screen, name, "-quality 80")
+            encode(["-i", screen], name, "-quality 80")
 
 
 def main() -> int:
