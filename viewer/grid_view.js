@@ -109,10 +109,20 @@ export class GridView {
     this.#enterWorld(context);
     for (const obstacle of this.obstacles) this.#drawObstacle(context, obstacle, this.#scale(width, height));
     context.restore();
-    context.fillStyle = colour('--accent');
-    context.beginPath();
+    this.#drawVehicle(context, this.#scale(width, height));
+  }
+
+  /** Outline, so that the cells under it are visible, and a dot where the camera is. */
+  #drawVehicle(context, scale) {
     const share = Math.min(1, this.metres / (margin * 20));
+    context.strokeStyle = context.fillStyle = colour('--accent');
+    context.lineWidth = 2 / scale;
+    context.beginPath();
     for (const [x, y] of vehicle) context.lineTo(share * x, share * y);
+    context.closePath();
+    context.stroke();
+    context.beginPath();
+    context.arc(0, 0, 3.5 / scale, 0, 2 * Math.PI);
     context.fill();
   }
 

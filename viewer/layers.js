@@ -101,6 +101,32 @@ const witnessPixels = perTheme(() => {
 });
 const witnessText = (byte) => witnesses[byte & 15] + (byte >> 4 ? `, up to ${2 ** (byte >> 4) / 16} s ago` : '');
 
+const oldest = 30; // tenths of a second
+const cssOf = (pixel) => `rgb(${pixel & 255} ${(pixel >> 8) & 255} ${(pixel >> 16) & 255})`;
+
+/**
+ * The scale of a layer's colours: `stops` of a bar, evenly spaced, `labels` below it; `kinds` [colour, text]; `wheel`: colours
+ * by heading, anticlockwise from the x axis of the world on.
+ */
+export function legendOf(kind) {
+  const unknown = [cssOf(packed(rgb('--cell-unknown'))), 'unknown'];
+  const bar = (pixelOf, count, labels) =>
+    ({ stops: Array.from({ length: count }, (_, i) => cssOf(pixelOf(i / (count - 1)))), labels, kinds: [unknown] });
+  switch (kind) {
+    case 'velocity': {
+      const pixelOf = velocityPixels();
+      const heading = (i) => [(2 * Math.PI * i) / 24].flatMap((at) => [10 * Math.cos(at), 10 * Math.sin(at)]);
+      return { wheel: Array.from({ length: 25 }, (_, i) => cssOf(pixelOf(...heading(i), 1))),
+        labels: ['direction of motion; full colour: 10 m/s'], kinds: [[cssOf(pixelOf(0, 0, 0)), 'does not move'], unknown] };
+    }
+    case 'moving': return bar(rampPixels(), 2, ['moves: 0 %', '100 %']);
+    case 'age': return bar(rampPixels(), 2, ['seen 0 s ago', `${oldest / 10} s`]);
+    case 'elevation': return bar((share) => elevationPixels()(share - 0.5), 33, ['≤ −0.5 m', 'level', '≥ 0.5 m']);
+    case 'witness': return { kinds: witnesses.map((text, i) => [cssOf(witnessPixels()(i)), text]) };
+    default: return bar((share) => occupancyPixels()[Math.round(100 * share)], 3, ['free', 'unknown', 'occupied']);
+  }
+}
+
 /** `kind`: velocity, moving, age, elevation or witness. */
 export function packedLayer(message, kind) {
   const { data, column_count: width, row_stride: rowBytes, cell_stride: step } = message;
@@ -119,7 +145,6 @@ export function packedLayer(message, kind) {
   const ramp = rampPixels();
   const colourOf = elevationPixels();
   const colourOfWitness = witnessPixels();
-  const oldest = 30; // tenths of a second
   const pixelOf = {
     velocity: (i) => velocity(vx(i) / 100, vy(i) / 100, isKnown(i) ? Math.min(1, moving(i) / 128) : NaN),
     moving: (i) => ramp(isKnown(i) ? moving(i) / 255 : NaN),

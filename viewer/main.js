@@ -3,7 +3,8 @@
 import { CameraView } from './camera_view.js';
 import { Connection } from './connection.js';
 import { GridView } from './grid_view.js';
-import { occupancyLayer, packedLayer, planePose } from './layers.js';
+import { showLegend, turnLegend } from './legend.js';
+import { legendOf, occupancyLayer, packedLayer, planePose } from './layers.js';
 import { ObstacleTable, joined } from './obstacles.js';
 import { Player, playerParameters } from './player.js';
 import { StatusPanel } from './status_panel.js';
@@ -61,6 +62,7 @@ function showObstacles() {
 
 function showPose(message) {
   grid.place(planePose(message.pose.pose), message.header.frame_id);
+  turnLegend(element('legend'), grid.pose[2]);
   showObstacles();
 }
 
@@ -113,7 +115,9 @@ function chooseLayer() {
     latest.layer = null;
     layerTopic = topic;
     if (topic) connection.subscribe(topic, (message) => { latest.layer = message; showLayer(); });
+    player.repeat();
   }
+  showLegend(element('legend'), legendOf(element('layer').value));
   showLayer();
 }
 
@@ -158,7 +162,7 @@ connection.addEventListener('fault', ({ detail: sentence }) => { element('fault'
 
 element('layer').addEventListener('change', chooseLayer);
 element('home').addEventListener('click', () => grid.home());
-onThemeChange(() => { showLayer(); grid.redraw(); camera.redraw(); });
+onThemeChange(() => { chooseLayer(); grid.redraw(); camera.redraw(); });
 setInterval(() => status.showRate(), 500);
 connection.watchParameters(playerParameters);
 connection.open();

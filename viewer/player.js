@@ -39,6 +39,11 @@ export class Player {
     this.set(link.name, link.value);
   }
 
+  /** Requests the frame again: a new subscription has none of it while the player stands. */
+  repeat() {
+    if (this.#state.playing === false) this.set('player.frame', this.#state.frame);
+  }
+
   take({ name, value }) {
     this.#state[name.replace('player.', '')] = value;
     this.#show();

@@ -237,6 +237,20 @@ TEST_F(RunFolder, KeepsHowObstaclesTurnAndHowSurelyTheirBoxesAreKnown) {
   }
 }
 
+TEST_F(RunFolder, KeepsTheSpeedLimitAndItsReason) {
+  const auto read_back = [&](const FrameResult& result) {
+    put(folder_ / "lines.jsonl", frame_line(frame_at(0), result, {}, false) + "\n");
+    return read_run_frames(folder_ / "lines.jsonl").at(0);
+  };
+  FrameResult result;
+  EXPECT_TRUE(std::isinf(read_back(result).speed_limit_mps));
+  result.speed_limit_mps = 2.5;
+  result.speed_limit_reason = SpeedReason::descents;
+  const RunFrame read{read_back(result)};
+  EXPECT_EQ(read.speed_limit_mps, 2.5);
+  EXPECT_EQ(read.speed_limit_reason, SpeedReason::descents);
+}
+
 TEST_F(RunFolder, GoesOnWithWhatItHolds) {
   RunRecord record{folder_.path(), description()};
   record.resume();

@@ -137,6 +137,10 @@ TEST(StatusMessage, HasCountsTimesAndTheGround) {
   result.ground = {.height_m = 1.25, .pitch_rad = -0.5, .estimated = true};
   result.timing_ms.match = 12.5;
   result.road_density = 0.25;
+  result.obstacles.resize(3);
+  result.obstacles[1].confirmed = true;
+  result.speed_limit_mps = 2.5;
+  result.speed_limit_reason = SpeedReason::ditches;
   const std::vector<Dropped> dropped{{"no pair", 3}, {"too late", 4}};
   const auto array{sent_on<DiagnosticArray>("/stereo_grid/status", result,
                                             {.latency = {{31.5, 30, 40.25}}, .frames = 100, .dropped = dropped})};
@@ -153,6 +157,9 @@ TEST(StatusMessage, HasCountsTimesAndTheGround) {
   EXPECT_EQ(values["ground_height_m"], "1.25");
   EXPECT_EQ(values["ground_estimated"], "true");
   EXPECT_EQ(values["road_density"], "0.25");
+  EXPECT_EQ(values["obstacles"], "1") << "confirmed";
+  EXPECT_EQ(values["speed_limit_mps"], "2.5");
+  EXPECT_EQ(values["speed_limit_reason"], "ditches");
 }
 
 TEST(StatusMessage, WarnsOfAPoorFrame) {

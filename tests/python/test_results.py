@@ -51,11 +51,17 @@ def test_table_of_obstacles(pipeline: sg.Pipeline, frames: list[sg.Frame]) -> No
 
 def test_terrain(frames: list[sg.Frame], scene: sg.Recording) -> None:
     flat = sg.Pipeline(sg.preset("paper"), scene.rig).process(frames[0])
-    assert flat.elevation_m is None and flat.terrain is None
+    assert flat.elevation_m is None and flat.terrain is None and flat.witness is None
+    assert flat.speed_limit_mps == float("inf") and flat.speed_limit_reason == "none"
     result = sg.Pipeline(sg.preset("default"), scene.rig).process(frames[0])
     assert result.elevation_m is not None and result.terrain is not None
     assert result.elevation_m.shape == result.terrain.shape == result.grid.shape
     assert result.terrain.max() < len(sg.TERRAIN_CLASSES)
+    assert result.witness is not None
+    kinds = np.array(sg.WITNESSES)[result.witness & 15]
+    assert set(kinds[result.terrain == sg.TERRAIN_CLASSES.index("drivable")]) == {"ground"}
+    assert not np.isin(kinds[(result.observed < 0.5) | (result.occupancy < 0.5)], ["none", "passable"]).any()
+    assert 0 < result.speed_limit_mps < 20 and result.speed_limit_reason in ("noise", "ditches", "descents")
 
 
 def test_predictions(frames: list[sg.Frame], scene: sg.Recording) -> None:

@@ -211,6 +211,8 @@ FrameResult stored_result(const io::RunReader& run, const io::RunFrame& frame) {
   result.obstacles = frame.obstacles;
   result.timing_ms = frame.timing_ms;
   result.status = frame.status;
+  result.speed_limit_mps = frame.speed_limit_mps;
+  result.speed_limit_reason = frame.speed_limit_reason;
   return result;
 }
 

@@ -114,6 +114,17 @@ std::vector<FrameStatus> status_of(const Json& line) {
   return status;
 }
 
+// A reason that this version does not name is as good as none.
+void read_speed_limit(const Json& line, RunFrame& frame) {
+  constexpr auto names{names_of(SpeedReason{})};
+  const Json limit(line.value("speed_limit", Json{}));
+  if (limit.is_null()) return;
+  const auto found{std::ranges::find(names, limit.at("reason").get<std::string>())};
+  if (found == names.end()) return;
+  frame.speed_limit_mps = number(limit, "mps", most);
+  frame.speed_limit_reason = static_cast<SpeedReason>(found - names.begin());
+}
+
 Pose2 pose_of(const Json& line) {
   const Json& pose(line.at("pose"));
   return {number(pose, "x_m", farthest), number(pose, "y_m", farthest), number(pose, "yaw_rad", farthest)};
@@ -226,6 +237,7 @@ RunFrame frame_of(const Json& line) {
     frame.obstacles.push_back(obstacle_of(o));
   }
   frame.status = status_of(line);
+  read_speed_limit(line, frame);
   if (line.contains("mount")) {
     const Json& mount(line.at("mount"));
     frame.extrinsics = {number(mount, "camera_height_m", most), number(mount, "camera_pitch_rad", most),

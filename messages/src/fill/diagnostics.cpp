@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <string_view>
@@ -73,7 +74,7 @@ void add_scene(Values& values, const FrameResult& result) {
   values.add("ground_estimated", result.ground.estimated ? "true" : "false");
   values.add("obstacle_density", result.obstacle_density);
   values.add("road_density", result.road_density);
-  values.add("obstacles", static_cast<std::int64_t>(result.obstacles.size()));
+  values.add("obstacles", static_cast<std::int64_t>(std::ranges::count_if(result.obstacles, &Obstacle::confirmed)));
   if (result.speed_limit_reason == SpeedReason::none) return;
   values.add("speed_limit_mps", result.speed_limit_mps);
   values.add("speed_limit_reason", names_of(SpeedReason{})[static_cast<std::size_t>(result.speed_limit_reason)]);

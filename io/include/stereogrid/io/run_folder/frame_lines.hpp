@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -56,7 +57,9 @@ struct RunFrame {
   StageTimes timing_ms;  ///< 0: stage missing in an older version
   std::vector<Obstacle> obstacles;
   std::vector<FrameStatus> status{};
-  std::optional<Extrinsics> extrinsics{};  ///< none: not in the file of an older version
+  double speed_limit_mps{std::numeric_limits<double>::infinity()};
+  SpeedReason speed_limit_reason{SpeedReason::none};  ///< none: not in the file of an older version, too
+  std::optional<Extrinsics> extrinsics{};             ///< none: not in the file of an older version
 };
 
 // Both read frames.jsonl: frames in their order, without duplicates. Throw InputError.
