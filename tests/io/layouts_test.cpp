@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 // Other arrangements of images than left/ and right/: other names, both cameras in one image or folder, videos, EuRoC.
+#include <algorithm>
+#include <array>
 #include <cstdlib>
 
 #include "stereogrid/io/recording.hpp"
@@ -206,6 +208,95 @@ TEST_F(Layouts, CalibrationOfAnyNameBesideTheImages) {
         static_cast<void>(open_recording({{folder_.path()}, {}, "none"}));
       },
       {"no calibration", "my_camera.json is there", "--calibration"});
+}
+
+TEST_F(Layouts, TwoFolders) {
+  for (const char* const name : {"1", "2"}) {
+    put_image(fs::path{"a/front_l"} / (std::string{name} + "_leftImg8bit.png"), 50);
+    put_image(fs::path{"a/front_r"} / (std::string{name} + "_rightImg8bit.png"), 150);
+  }
+  put(folder_ / "a" / "calibration.yaml", calibration);
+  expect_pairs({{folder_ / "a" / "front_l", folder_ / "a" / "front_r"}, {}, "none"}, 2);
+  fs::rename(folder_ / "a" / "calibration.yaml", folder_ / "c.yaml");
+  expect_pairs({{folder_ / "a" / "front_l", folder_ / "a" / "front_r"}, folder_ / "c.yaml", "none"}, 2);
+}
+
+TEST_F(Layouts, PairOfThreeCameras) {
+  put_image("cam0/1.png", 50);
+  put_image("cam2/1.png", 150);
+  const std::string camera{
+      "  camera_model: pinhole\n  distortion_model: none\n  intrinsics: [60, 60, 31.5, 15.5]\n  resolution: [64, "
+      "32]\n"};
+  const auto behind{[](const char* x) {
+    return std::string{"  T_cn_cnm1: [[1, 0, 0, "} + x + "], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\n";
+  }};
+  put(folder_ / "camchain.yaml",
+      "cam0:\n" + camera + "cam1:\n" + behind("-0.1") + camera + "cam2:\n" + behind("-0.15") + camera);
+  const auto recording{open_recording({{folder_.path()}, {}, "none"})};
+  EXPECT_NEAR(recording->rig().baseline_m, 0.25, 1e-12);
+}
+
+TEST_F(Layouts, DepthWithMoreWordsInItsNames) {
+  put(folder_ / "calibration.yaml", calibration);
+  for (const auto& [left, depth] :
+       {std::array{"image_left/000000_left.png", "depth_left/000000_left_depth.pfm"},
+        std::array{"rgb/rgb_0000.png", "distance_to_image_plane/distance_to_image_plane_0000.pfm"}}) {
+    put_image(left, 50);
+    std::string pfm{"Pf\n64 32\n-1.0\n"};
+    for (int i{0}; i < width_px * height_px; ++i) pfm.append("\0\0\x80\x3f", 4);  // 1 m
+    put(folder_ / depth, pfm);
+    const InputArguments arguments{{folder_.path()}, {}, "none", {}, folder_ / fs::path{depth}.parent_path()};
+    EXPECT_NEAR(open_recording(arguments)->load(0).disparity(5, 5), 12, 1e-5) << left;
+    fs::remove_all(folder_ / fs::path{left}.parent_path());
+  }
+}
+
+TEST_F(Layouts, FormatsThatAreNotReadAreNamed) {
+  put(folder_ / "calibration.yaml", calibration);
+  put(folder_ / "left" / "1.jp2", "x");
+  put(folder_ / "right" / "1.jp2", "x");
+  expect_error(
+      [&] {
+        static_cast<void>(open_recording({{folder_.path()}, {}, "none"}));
+      },
+      {"1 files .jp2 (JPEG 2000)"});
+  for (const auto& [name, what] : {std::array{"a.svo2", "ZED"}, std::array{"a.zip", "zip archive"}}) {
+    put(folder_ / name, "x");
+    expect_error([&] { static_cast<void>(open_recording({{folder_ / name}, {}, "none"})); }, {name, what});
+  }
+}
+
+TEST_F(Layouts, UpsideDownPairsAreTurned) {
+  const StereoFrame frame{textured_pair(256, 64, 6)};
+  const auto turned{[](const Image<std::uint8_t>& image) {
+    Image<std::uint8_t> result{image};
+    std::reverse(result.begin(), result.end());
+    return result;
+  }};
+  const std::string own{"focal_px: 150\ncx_px: 125\ncy_px: 33\nbaseline_m: 0.25\n"};
+  put(folder_ / "calibration.yaml", own + "rotate: 180\n");
+  for (const bool is_rig : {true, false}) {  // the rig is upside down, or each camera
+    for (const char* const side : {"left", "right"}) fs::create_directories(folder_ / side);
+    write_png(folder_ / "left" / "1.png", turned(is_rig ? frame.right : frame.left));
+    write_png(folder_ / "right" / "1.png", turned(is_rig ? frame.left : frame.right));
+    const auto recording{open_recording({{folder_.path()}, {}, "none"})};
+    const StereoFrame found{recording->load(0)};
+    EXPECT_EQ(found.left, frame.left) << is_rig;
+    EXPECT_EQ(found.right, frame.right) << is_rig;
+    EXPECT_DOUBLE_EQ(recording->rig().cx_px, is_rig ? 130 : 125);
+    EXPECT_DOUBLE_EQ(recording->rig().cy_px, is_rig ? 30 : 33);
+  }
+  put(folder_ / "calibration.yaml", own + "cx_right_px: 128\nrotate: 180\n");
+  for (const char* const side : {"left", "right"}) {
+    write_png(folder_ / side / "1.png", turned(side[0] == 'l' ? frame.right : frame.left));
+  }
+  const auto raw{open_recording({{folder_.path()}, {}, "none"})->contents().calibration.raw};
+  ASSERT_TRUE(raw);
+  EXPECT_DOUBLE_EQ(raw->left.cx_px, 127);
+  EXPECT_DOUBLE_EQ(raw->right.cx_px, 130);
+  EXPECT_NEAR(raw->right_from_left_translation_m[0], -0.25, 1e-12);
+  put(folder_ / "calibration.yaml", own + "rotate: 90\n");
+  expect_error([&] { static_cast<void>(open_recording({{folder_.path()}, {}, "none"})); }, {"neither 0 nor 180"});
 }
 
 }  // namespace

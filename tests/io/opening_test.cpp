@@ -3,6 +3,7 @@
 // What is wrong with an input: each error_text names the file, what is wrong, and what would mend it.
 #include <sys/wait.h>
 #include <unistd.h>
+#include <array>
 
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/recording.hpp"
@@ -252,6 +253,10 @@ TEST_F(Opening, PosesWithTimesOfTheirOwn) {
   EXPECT_DOUBLE_EQ(recording->load(2).world_from_vehicle->y_m, 2);
   EXPECT_THAT(recording->contents().notes, Contains(HasSubstr("interpolated to the times of the images")));
   put(folder_ / "times.txt", "0.05\n0.1\n0.36\n");
+  const auto beyond{open()};
+  EXPECT_FALSE(beyond->load(2).world_from_vehicle);
+  EXPECT_THAT(beyond->contents().warnings, Contains(HasSubstr("poses.csv: 1 of 3 images have no pose")));
+  put(folder_ / "times.txt", "0.05\n0.36\n0.46\n");
   expect_refused({"poses.csv", "image of 0.360 s", "0.110 s after the last pose, 0.250 s"});
 }
 
@@ -300,10 +305,17 @@ TEST_F(Opening, FramesThatComeAsNoCamerasDoAreWarnedOf) {
     put(folder_ / "times.txt", usual);
     EXPECT_TRUE(open()->contents().warnings.empty()) << usual;
   }
-  put(folder_ / "times.txt", "0\n1e5\n2e5\n");
-  EXPECT_THAT(open()->contents().warnings, ElementsAre(AllOf(HasSubstr("times.txt: "), HasSubstr("1e-05 Hz"))));
+  put(folder_ / "times.txt", "0\n3e3\n6e3\n");
+  EXPECT_THAT(open()->contents().warnings, ElementsAre(AllOf(HasSubstr("times.txt: "), HasSubstr("0.000333 Hz"))));
   put(folder_ / "times.txt", "0\n1e-6\n2e-6\n");
-  EXPECT_THAT(open()->contents().warnings, ElementsAre(HasSubstr("1e+06 Hz")));
+  expect_refused({"times.txt", "1e+06 Hz", "no other unit"});
+  for (const auto& [times, unit] :
+       {std::array{"0\n33\n66\n", "milliseconds"}, std::array{"0\n1e5\n2e5\n", "microseconds"},
+        std::array{"1700000000000000000\n1700000000100000000\n1700000000200000000\n", "nanoseconds"}}) {
+    put(folder_ / "times.txt", times);
+    EXPECT_THAT(open()->contents().warnings, IsEmpty());
+    EXPECT_THAT(open()->contents().notes, Contains(HasSubstr(std::string{"stamps: taken as "} + unit)));
+  }
   put(folder_ / "times.txt", "0\n1e-9\n2e-9\n");
   EXPECT_THAT(open()->contents().warnings, IsEmpty());
   EXPECT_THAT(open()->contents().notes, Contains(HasSubstr("as if frames had been counted")));

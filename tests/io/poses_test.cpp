@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereogrid/io/poses.hpp"
 
+#include <fmt/format.h>
+
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -251,8 +254,8 @@ TEST_F(PoseFile, TumIsInTheAxesOfTheFirstCamera) {
   put(folder_ / "t.txt",
       "# timestamp tx ty tz qx qy qz qw\n1500000000.123456789 5 7 1 -0.70710678 0 0 0.70710678\n"
       "1500000000.2 4 9 1 -0.70710678 0 0 0.70710678\n");
-  ASSERT_TRUE(is_tum_trajectory(folder_ / "t.txt"));
-  const auto poses{read_tum_poses(folder_ / "t.txt").poses};
+  ASSERT_TRUE(is_trajectory(folder_ / "t.txt"));
+  const auto poses{read_trajectory(folder_ / "t.txt").poses};
   ASSERT_EQ(poses.size(), 2);
   EXPECT_EQ(poses[0].stamp_ns, 1500000000123456789);
   EXPECT_NEAR(poses[0].world_from_vehicle.x_m, 0, 1e-9);
@@ -263,9 +266,9 @@ TEST_F(PoseFile, TumIsInTheAxesOfTheFirstCamera) {
 
 TEST_F(PoseFile, TumOfABodyMovesAlongX) {
   put(folder_ / "t.txt", "1.5,5,7,1,0,0,0.70710678,0.70710678\n1.6,4,9,1,0,0,0.70710678,0.70710678\n");
-  const TumPoses found{read_tum_poses(folder_ / "t.txt")};
+  const Trajectory found{read_trajectory(folder_ / "t.txt")};
   ASSERT_EQ(found.poses.size(), 2);
-  EXPECT_FALSE(TumPoses{}.are_of_body);
+  EXPECT_FALSE(Trajectory{}.are_of_body);
   EXPECT_TRUE(found.are_of_body);
   EXPECT_NEAR(found.poses[1].world_from_vehicle.x_m, 2, 1e-6);
   EXPECT_NEAR(found.poses[1].world_from_vehicle.y_m, 1, 1e-6);
@@ -274,13 +277,69 @@ TEST_F(PoseFile, TumOfABodyMovesAlongX) {
 TEST_F(PoseFile, TumErrors) {
   const auto refused{[&](const char* text, std::initializer_list<std::string_view> parts) {
     put(folder_ / "t.txt", text);
-    expect_error([&] { static_cast<void>(read_tum_poses(folder_ / "t.txt")); }, parts);
+    expect_error([&] { static_cast<void>(read_trajectory(folder_ / "t.txt")); }, parts);
   }};
   refused("0 0 0 0 0 0 0 1\n0 0 0 0 0 0 0 1\n", {"t.txt", "line 2", "not later"});
   refused("0 0 0 0 0 0 0 2\n", {"line 1", "quaternion"});
   refused("0 0 0 nan 0 0 0 1\n", {"line 1", "not finite"});
   refused("0 0 0 0 0 0 0 1\n1 2 3\n", {"line 2", "timestamp tx ty tz"});
-  refused("1500000000000000000 0 0 0 0 0 0 1\n", {"line 1", "seconds"});
+  refused("1500000000000000000 0 0 0 0 0 0 1\n", {"t.txt", "seconds"});
+}
+
+TEST_F(PoseFile, StampsInAnyUnit) {
+  for (const auto& [first, second] :
+       {std::array{"1500000000.1", "1500000000.2"}, std::array{"1500000000100", "1500000000200"},
+        std::array{"1500000000100000", "1500000000200000"},
+        std::array{"1500000000100000000.0", "1500000000200000000.0"}}) {
+    put(folder_ / "t.txt", std::string{first} + " 0 0 0 0 0 0 1\n" + second + " 0 0 0 0 0 0 1\n");
+    const Trajectory found{read_trajectory(folder_ / "t.txt")};
+    EXPECT_EQ(found.poses[0].stamp_ns, 1500000000100000000) << first;
+    EXPECT_EQ(found.poses[1].stamp_ns, 1500000000200000000) << first;
+    EXPECT_EQ(found.note.empty(), first == std::string{"1500000000.1"}) << first;
+  }
+  put(folder_ / "t.txt", "1 0 0 0 0 0 0 1\n1.000001 0 0 0 0 0 0 1\n");
+  expect_error([&] { static_cast<void>(read_trajectory(folder_ / "t.txt")); }, {"t.txt", "no other unit"});
+}
+
+TEST_F(PoseFile, EurocIsOfTheBody) {
+  put(folder_ / "data.csv",
+      "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z [], v_RS_R_x [m "
+      "s^-1]\n"
+      "1403636579713555584,1,2,3,1,0,0,0,9\n1403636579813555584,1,3,3,1,0,0,0,9\n");
+  // camera: z along the body's y, x along its x
+  const Transform body_from_camera{1, 0, 0, 0.5, 0, 0, 1, 0, 0, -1, 0, 0};
+  const Trajectory found{read_trajectory(folder_ / "data.csv", body_from_camera)};
+  ASSERT_EQ(found.poses.size(), 2);
+  EXPECT_EQ(found.poses[0].stamp_ns, 1403636579713555584);
+  EXPECT_NEAR(found.poses[1].world_from_vehicle.x_m, 1, 1e-9);
+  EXPECT_NEAR(found.poses[1].world_from_vehicle.y_m, 0, 1e-9);
+}
+
+TEST_F(PoseFile, SimulatorsHaveYToTheRight) {
+  const double half{std::sqrt(0.5)};
+  put(folder_ / "pose_left.txt", fmt::format("5 -2 -1 0 0 0 1\n6 -1 -1 0 0 {} {}\n", half, half));
+  put(folder_ / "airsim_rec.txt",
+      fmt::format("VehicleName\tTimeStamp\tPOS_X\tPOS_Y\tPOS_Z\tQ_W\tQ_X\tQ_Y\tQ_Z\tImageFile\n"
+                  "Car\t1573551234567\t5\t-2\t-1\t1\t0\t0\t0\ta.png;b.png\n"
+                  "Car\t1573551234667\t6\t-1\t-1\t{}\t0\t0\t{}\tc.png;d.png\n",
+                  half, half));
+  for (const char* const name : {"pose_left.txt", "airsim_rec.txt"}) {
+    const Trajectory found{read_trajectory(folder_ / name)};
+    ASSERT_EQ(found.poses.size(), 2) << name;
+    const Pose2& pose{found.poses[1].world_from_vehicle};
+    EXPECT_NEAR(pose.x_m, 1, 1e-9) << name;
+    EXPECT_NEAR(pose.y_m, -1, 1e-9) << name;
+    EXPECT_NEAR(pose.yaw_rad, -std::numbers::pi / 2, 1e-6) << name;
+  }
+  EXPECT_FALSE(read_trajectory(folder_ / "pose_left.txt").have_stamps);
+  EXPECT_EQ(read_trajectory(folder_ / "airsim_rec.txt").poses[1].stamp_ns, 1573551234667000000);
+}
+
+TEST_F(PoseFile, Kitti360NumbersItsFrames) {
+  put(folder_ / "cam0_to_world.txt", "1 1 0 0 7 0 1 0 0 0 0 1 5 0 0 0 1\n4 1 0 0 7 0 1 0 0 0 0 1 8 0 0 0 1\n");
+  const Trajectory found{read_trajectory(folder_ / "cam0_to_world.txt")};
+  EXPECT_EQ(found.frames, (std::vector<std::int64_t>{1, 4}));
+  EXPECT_NEAR(found.poses[1].world_from_vehicle.x_m, 3, 1e-9);
 }
 
 }  // namespace

@@ -24,9 +24,9 @@ namespace stereogrid::io {
 namespace {
 
 const char* const kinds{
-    "Disparities are PNG of 16 bits (disparity × 256), PFM, TIFF of floats or NumPy .npy of floats."};
+    "Disparities are PNG of 16 bits (disparity × 256), PFM, TIFF of floats or NumPy .npy or .npz of floats."};
 const char* const depth_kinds{
-    "Depth is PNG or TIFF of 16 bits, PFM, TIFF of floats or NumPy .npy of floats in metres."};
+    "Depth is PNG or TIFF of 16 bits, PFM, TIFF of floats or NumPy .npy or .npz of floats in metres."};
 const char* const again{"Copy or write it again."};
 
 // Divides in double, as depth of bags and of Python's arrays is divided: results are equal to the bit.
@@ -97,8 +97,22 @@ Image<float> read_pfm(const std::string& file, const std::string& bytes) {
   return image;
 }
 
-Image<float> read_numpy(const std::filesystem::path& path) {
-  const NpyArray array{read_npy(path)};
+/// The array of an .npy, or the only one of two dimensions in an .npz.
+NpyArray array_of(const std::filesystem::path& path, bool is_archive) {
+  if (!is_archive) return read_npy(path);
+  std::vector<NpyArray> found;
+  for (auto& [name, array] : read_npz(path)) {
+    if (array.shape.size() == 2 && array.size() > 1) found.push_back(std::move(array));
+  }
+  if (found.size() != 1) {
+    throw InputError{printable_path(path), fmt::format("has {} arrays of two dimensions (allowed: 1).", found.size()),
+                     "Save the disparities or depths alone."};
+  }
+  return std::move(found.front());
+}
+
+Image<float> read_numpy(const std::filesystem::path& path, bool is_archive) {
+  const NpyArray array{array_of(path, is_archive)};
   if ((array.dtype != DType::float32 && array.dtype != DType::float64) || array.shape.size() != 2) {
     throw InputError{
         printable_path(path),
@@ -112,7 +126,8 @@ Image<float> read_any(const std::filesystem::path& path, const Coding& coding) {
   const std::string file{printable_path(path)};
   const std::string bytes{read_file(path, largest_bytes::image)};
   const std::string_view view{bytes};
-  if (view.starts_with("\x93NUMPY")) return read_numpy(path);
+  if (view.starts_with("\x93NUMPY")) return read_numpy(path, false);
+  if (view.starts_with("PK\x03\x04")) return read_numpy(path, true);
   if (view.starts_with("Pf") || view.starts_with("PF")) return read_pfm(file, bytes);
   if (view.starts_with("II") || view.starts_with("MM")) return read_tiff(file, bytes, coding);
   if (view.starts_with("\x89PN")) return read_png(file, bytes, coding);
@@ -120,40 +135,52 @@ Image<float> read_any(const std::filesystem::path& path, const Coding& coding) {
                    coding.kinds};
 }
 
-void check_scale(const std::string& file, const Image<float>& image) {
-  std::vector<float> values;
-  std::ranges::copy_if(image, std::back_inserter(values), [](float d) { return d > 0; });
-  if (values.empty()) return;
-  const auto middle{values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2)};
-  std::ranges::nth_element(values, middle);
-  if (*middle > static_cast<float>(image.width())) {
-    throw InputError{file, fmt::format("most values exceed the image's width (half are above {:.0f}).", *middle),
-                     "Disparities are in px of the left image: divide by the scale they were written with."};
-  }
-  const float largest{std::ranges::max(values)};
-  if (largest < 1) {
-    throw InputError{file, fmt::format("no value reaches 1 px (the largest is {:.3g}).", largest),
-                     "Disparities are in px of the left image, in a PNG times 256."};
-  }
+void leave_positive(Image<float>& image) {
+  for (float& value : image) value = std::isfinite(value) && value > 0 ? value : 0.0F;
 }
 
-Image<float> read_positive(const std::filesystem::path& path, const Coding& coding) {
+Image<float> read_filled(const std::filesystem::path& path, const Coding& coding) {
   Image<float> image{read_any(path, coding)};
   if (image.empty()) throw InputError{printable_path(path), "has no pixels.", coding.kinds};
-  for (float& value : image) value = std::isfinite(value) && value > 0 ? value : 0.0F;
   return image;
 }
 
 }  // namespace
 
+void settle_disparities(const std::string& name, Image<float>& image) {
+  const auto negative{std::ranges::count_if(image, [](float d) { return std::isfinite(d) && d < 0; })};
+  leave_positive(image);
+  std::vector<float> values;
+  std::ranges::copy_if(image, std::back_inserter(values), [](float d) { return d > 0; });
+  constexpr std::ptrdiff_t rest{10};  // values of the other sign: rounded to zero, or outside of the right image
+  if (negative > rest * std::ssize(values)) {
+    throw InputError{name,
+                     fmt::format("disparities are negative ({} values; {} are positive).", negative, values.size()),
+                     "Disparity is u_left − u_right: change the sign, as of RAFT-Stereo's results."};
+  }
+  if (values.empty()) return;
+  const auto middle{values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2)};
+  std::ranges::nth_element(values, middle);
+  if (*middle > static_cast<float>(image.width())) {
+    throw InputError{name, fmt::format("most values exceed the image's width (half are above {:.0f}).", *middle),
+                     "Disparities are in px of the left image: divide by the scale they were written with."};
+  }
+  const float largest{std::ranges::max(values)};
+  if (largest < 1) {
+    throw InputError{name, fmt::format("no value reaches 1 px (the largest is {:.3g}).", largest),
+                     "Disparities are in px of the left image, in a PNG times 256."};
+  }
+}
+
 Image<float> read_disparity(const std::filesystem::path& path) {
-  Image<float> image{read_positive(path, {256, false, kinds})};
-  check_scale(printable_path(path), image);
+  Image<float> image{read_filled(path, {256, false, kinds})};
+  settle_disparities(printable_path(path), image);
   return image;
 }
 
 Image<float> read_depth(const std::filesystem::path& path, double units_per_m) {
-  Image<float> image{read_positive(path, {units_per_m, true, depth_kinds})};
+  Image<float> image{read_filled(path, {units_per_m, true, depth_kinds})};
+  leave_positive(image);
   constexpr float farthest_m{1000};
   const auto known{std::ranges::count_if(image, [](float z) { return z > 0; })};
   const auto beyond{std::ranges::count_if(image, [](float z) { return z > farthest_m; })};

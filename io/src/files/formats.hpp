@@ -40,9 +40,9 @@ constexpr std::string_view png_signature{"\x89PNG\r\n\x1a\n", 8};
 /// `image`: 8 or 16 bits of one or three channels (B G R).
 [[nodiscard]] std::string encode_png(const cv::Mat& image);
 
-/// Pixels in the machine's byte order: of the message, or swapped copies. Throws InputError where the message is
-/// smaller than it says.
-[[nodiscard]] cv::Mat ros_pixels(const RosImage& image, int type, const std::string& name);
+/// Pixels in the machine's byte order: of the message, or swapped copies. Corrects `is_bigendian` of 16-bit samples
+/// where the other order is much smoother. Throws InputError where the message is smaller than it says.
+[[nodiscard]] cv::Mat ros_pixels(RosImage& image, int type, const std::string& name);
 
 enum class DeflateForm {
   raw,   ///< RFC 1951

@@ -52,6 +52,53 @@ void check_scans(const std::string& file, std::string_view bytes) {
   fail_damaged(file, "is a truncated or damaged JPEG (its end is missing).");
 }
 
+/// Value of the tag Orientation in a TIFF header; 1: none.
+int orientation_in(std::string_view tiff) {
+  constexpr std::size_t tag_orientation{0x0112};
+  constexpr std::size_t entry_bytes{12};
+  if (tiff.size() < 8) return 1;
+  const bool is_little{tiff.starts_with("II")};
+  const auto number_at{[&](std::size_t at) {
+    if (at > tiff.size() || tiff.size() - at < 2) return std::size_t{0};
+    const std::size_t big{big_endian_16(tiff, at)};
+    return is_little ? (big & 0xff) << 8 | big >> 8 : big;
+  }};
+  const std::size_t first{is_little ? number_at(4) | number_at(6) << 16 : number_at(4) << 16 | number_at(6)};
+  const std::size_t entries{number_at(first)};
+  for (std::size_t i{0}; i < entries; ++i) {
+    const std::size_t at{first + 2 + i * entry_bytes};
+    if (at + entry_bytes > tiff.size()) return 1;
+    if (number_at(at) == tag_orientation) return static_cast<int>(number_at(at + 8));
+  }
+  return 1;
+}
+
+/// EXIF's orientation, 1 to 8; 1: as stored.
+int orientation_of(std::string_view bytes) {
+  constexpr std::string_view exif{"Exif\0\0", 6};
+  for (std::size_t at{2}; at + 4 <= bytes.size() && bytes[at] == '\xff';) {
+    const auto marker{static_cast<std::uint8_t>(bytes[at + 1])};
+    const std::size_t length{big_endian_16(bytes, at + 2)};
+    if (marker == 0xda || length < 2 || length > bytes.size() - at - 2) return 1;
+    const std::string_view segment{bytes.substr(at + 4, length - 2)};
+    if (marker == 0xe1 && segment.starts_with(exif)) return orientation_in(segment.substr(exif.size()));
+    at += 2 + length;
+  }
+  return 1;
+}
+
+/// As OpenCV's imread turns images, with which they were calibrated.
+cv::Mat turned(const cv::Mat& image, int orientation) {
+  constexpr int about_u{0};
+  constexpr int about_v{1};
+  cv::Mat result{image};
+  if (orientation >= 5 && orientation <= 8) cv::transpose(image, result);
+  if (orientation == 2 || orientation == 6) cv::flip(result, result, about_v);
+  if (orientation == 4 || orientation == 8) cv::flip(result, result, about_u);
+  if (orientation == 3 || orientation == 7) cv::flip(result, result, -1);
+  return result;
+}
+
 }  // namespace
 
 cv::Mat decode_jpeg(const std::string& file, std::string_view bytes) {
@@ -74,13 +121,14 @@ cv::Mat decode_jpeg(const std::string& file, std::string_view bytes) {
     return tjDecompress2(decoder.get(), data, bytes.size(), pixels.data, width, 0, height,
                          is_grey ? TJPF_GRAY : TJPF_BGR, 0) == 0;
   }};
-  if (decodes_into(image)) return image;
+  const int orientation{orientation_of(bytes)};
+  if (decodes_into(image)) return turned(image, orientation);
   if (tjGetErrorCode(decoder.get()) == TJERR_FATAL) fail_damaged(file);
   // A fatal error after a warning is reported as a warning: it leaves pixels unwritten.
   cv::Mat other{~image};
   decodes_into(other);
   if (cv::norm(image, other, cv::NORM_INF) > 0) fail_damaged(file);
-  return image;
+  return turned(image, orientation);
 }
 
 std::vector<std::uint8_t> encode_jpeg(const PixelView& image, int quality) {

@@ -34,6 +34,7 @@ const DTypeEntry& entry_of(DType dtype) {
 struct Head {
   NpyArray array;
   std::size_t size{0};  ///< bytes before the numbers
+  bool is_by_columns{false};
 };
 
 /// The numbers of "3, 4, ".
@@ -81,7 +82,8 @@ Head parse_head(const std::string& npy, const std::string& where) {
   if (found == dtypes.end()) fail(where, "has elements of type '" + part[1].str() + "', which is not understood.");
   head.array.dtype = found->dtype;
   head.array.shape = parse_shape(part[3].str(), where);
-  if (part[2] == "True" && head.array.shape.size() > 1) fail(where, "is stored column by column.");
+  head.is_by_columns = part[2] == "True" && head.array.shape.size() > 1;
+  if (head.is_by_columns && head.array.shape.size() > 2) fail(where, "is stored column by column.");
   return head;
 }
 
@@ -92,6 +94,14 @@ NpyArray parse_npy(const std::string& npy, const std::string& where) {
     fail(where, "has not as many numbers as its shape says.");
   head.array.bytes.resize(bytes);
   if (bytes > 0) std::memcpy(head.array.bytes.data(), npy.data() + head.size, bytes);
+  if (head.is_by_columns && bytes > 0) {
+    const std::size_t item{element_size(head.array.dtype)};
+    const std::size_t rows{head.array.shape[0]};
+    for (std::size_t i{0}; i * item < bytes; ++i) {
+      const std::size_t to{(i % rows) * head.array.shape[1] + i / rows};
+      std::memcpy(head.array.bytes.data() + to * item, npy.data() + head.size + i * item, item);
+    }
+  }
   return std::move(head.array);
 }
 

@@ -139,7 +139,8 @@ Image<float> decode_compressed_depth(const RosImage& image, const std::string& n
 
 }  // namespace
 
-Image<float> decode_ros_depth(const RosImage& image, const std::string& name) {
+Image<float> decode_ros_depth(const RosImage& message, const std::string& name) {
+  RosImage image{message};
   if (image.is_compressed) return decode_compressed_depth(image, name);
   if (image.encoding == "16UC1" || image.encoding == "mono16") {
     return depth_of<std::uint16_t>(ros_pixels(image, CV_16UC1, name), [](double z) { return z * millimetre_m; });
@@ -151,7 +152,7 @@ Image<float> decode_ros_depth(const RosImage& image, const std::string& name) {
 }
 
 Image<float> decode_ros_disparities(const RosDisparities& disparities, const std::string& name) {
-  const auto& [image, focal_px, baseline_m, min_px, max_px]{disparities};
+  auto [image, focal_px, baseline_m, min_px, max_px]{disparities};
   const double focal_baseline_pxm{std::abs(double{focal_px} * baseline_m)};
   if (!(focal_baseline_pxm > 0) || !std::isfinite(focal_baseline_pxm)) {
     throw InputError{name, fmt::format("the DisparityImage has f {:g} px and T {:g} m.", focal_px, baseline_m),

@@ -7,8 +7,11 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
+#include <cstdlib>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+#include <vector>
 
 #include "files/formats.hpp"
 #include "stereogrid/error.hpp"
@@ -123,13 +126,14 @@ cv::Mat grey_of(const cv::Mat& pixels, int to_grey) {
 ScaledImage decode_plain(RosImage image, const std::string& name) {
   const Encoding& encoding{encoding_of(image, name)};
   if (encoding.to_grey == is_planar) image.height_px = luminance_rows(image);
+  const bool is_flagged{image.is_bigendian};
   cv::Mat grey;
   try {
     grey = grey_of(ros_pixels(image, encoding.type, name), encoding.to_grey);
   } catch (const cv::Exception&) {  // a Bayer pattern of one row
     throw InputError{name, "the image is too small for its encoding.", "Record it again."};
   }
-  ScaledImage scaled{{}, sample_bits(view_of(grey))};
+  ScaledImage scaled{{}, sample_bits(view_of(grey)), image.is_bigendian != is_flagged};
   assign(scaled.grey, view_of(grey, scaled.bits));
   return scaled;
 }
@@ -147,7 +151,34 @@ ScaledImage decode_compressed(const RosImage& image, const std::string& name) {
 
 }  // namespace
 
-cv::Mat ros_pixels(const RosImage& image, int type, const std::string& name) {
+namespace {
+
+/// Mean difference of samples two pixels apart (of one colour in a Bayer pattern) over the mean deviation of all, of
+/// some rows of 16-bit samples.
+double roughness(const cv::Mat& samples, bool swaps) {
+  constexpr int rows_apart{8};
+  const int apart{2 * samples.channels()};
+  std::vector<int> values;
+  double steps{0};
+  double sum{0};
+  for (int v{0}; v < samples.rows; v += rows_apart) {
+    const auto* const row{samples.ptr<std::uint16_t>(v)};
+    for (int i{0}; i < samples.cols * samples.channels(); ++i) {
+      const int value{swaps ? (row[i] & 0xff) << 8 | row[i] >> 8 : row[i]};
+      values.push_back(value);
+      if (i >= apart) steps += std::abs(value - values[values.size() - 1 - static_cast<std::size_t>(apart)]);
+      sum += value;
+    }
+  }
+  const double mean{sum / static_cast<double>(values.size())};
+  double spread{0};
+  for (const int value : values) spread += std::abs(value - mean);
+  return spread > 0 ? steps / spread : 0;
+}
+
+}  // namespace
+
+cv::Mat ros_pixels(RosImage& image, int type, const std::string& name) {
   const auto sample{static_cast<std::size_t>(CV_ELEM_SIZE1(type))};
   if (image.step_bytes % sample != 0) {
     throw InputError{
@@ -166,6 +197,12 @@ cv::Mat ros_pixels(const RosImage& image, int type, const std::string& name) {
   }
   const cv::Mat pixels{static_cast<int>(image.height_px), static_cast<int>(image.width_px), type,
                        const_cast<std::uint8_t*>(image.data.data()), image.step_bytes};
+  if (CV_MAT_DEPTH(type) == CV_16U) {
+    constexpr double clearly{0.4};  // images reach 0.3 of the wrong order; noise is as rough in both
+    if (roughness(pixels, !image.is_bigendian) < clearly * roughness(pixels, image.is_bigendian)) {
+      image.is_bigendian = !image.is_bigendian;
+    }
+  }
   if (!image.is_bigendian || sample == 1) return pixels;
   cv::Mat swapped{pixels.clone()};
   for (std::uint8_t* at{swapped.data}; at != swapped.dataend; at += sample) std::reverse(at, at + sample);

@@ -85,9 +85,14 @@ fs::path calibration_file_of(const fs::path& root, const InputLayout& layout, co
 }
 
 void read_calibration_of(RecordingContents& contents, const InputLayout& layout, Size size) {
-  contents.calibration = contents.has_depth
-                             ? read_depth_calibration(contents.calibration_file, size.width_px, size.height_px)
-                             : read_calibration(contents.calibration_file, size.width_px, size.height_px, layout.pair);
+  CalibrationRequest request{size.width_px, size.height_px, layout.pair};
+  request.has_depth = contents.has_depth;
+  request.cameras = camera_numbers(layout);
+  contents.calibration = read_calibration(contents.calibration_file, request);
+  if (contents.calibration.is_upside_down && !contents.external.empty()) {
+    throw InputError{printable_path(contents.calibration_file), "has 'rotate', which needs right images.",
+                     "Turn the images and their depth or disparities before."};
+  }
   note_calibration(contents, contents.calibration_file);
 }
 
@@ -180,7 +185,7 @@ RecordingContents look_at(const InputArguments& arguments, ForeignRecording& fou
     note_calibration(contents, found.root);
   }
   find_mask(contents, arguments);
-  warn_of_rate(contents, found.root);
+  settle_stamps(contents, found.root);
   const bool are_own{found.poses.size() > 1 && (arguments.poses.empty() || arguments.poses == "file")};
   if (are_own) {
     take_own_poses(contents, found.root, found.poses);
@@ -193,6 +198,71 @@ RecordingContents look_at(const InputArguments& arguments, ForeignRecording& fou
 }  // namespace
 
 namespace {
+
+/// The first pair that can be loaded, as recorded.
+std::optional<StereoFrame> first_pair(const Recording& recording) {
+  constexpr std::size_t most_tried{15};
+  for (std::size_t i{0}; i < std::min(most_tried, recording.size()); ++i) {
+    try {
+      return recording.load_unrectified(i);
+    } catch (const InputError&) {  // reported where the frame is loaded
+    }
+  }
+  return std::nullopt;
+}
+
+/// Turns the images of cameras that are upside down. Cameras turned one by one have negative disparities.
+std::unique_ptr<Recording> with_turned_images(std::unique_ptr<Recording> recording) {
+  if (!recording->contents().calibration.is_upside_down) return recording;
+  const auto pair{first_pair(*recording)};
+  const bool are_exchanged{pair &&
+                           coarse_match_share(pair->left, pair->right) > coarse_match_share(pair->right, pair->left)};
+  recording->turn_images(are_exchanged);
+  return recording;
+}
+
+/// Takes the lens model under which the rows of left and right images match.
+std::unique_ptr<Recording> with_lens(std::unique_ptr<Recording> recording) {
+  if (!recording->contents().calibration.is_lens_unnamed || recording->gives_disparities()) return recording;
+  constexpr std::size_t most_frames{5};
+  constexpr std::size_t fewest_corners{20};
+  constexpr double clearly{0.8};  // ratio of the residuals
+  std::vector<StereoFrame> frames;
+  for (std::size_t i{0}; i < recording->size() && frames.size() < most_frames; ++i) {
+    const std::size_t index{i * std::max<std::size_t>(1, recording->size() / most_frames)};
+    try {
+      if (index < recording->size()) frames.push_back(recording->load_unrectified(index));
+    } catch (const InputError&) {  // reported where the frame is loaded
+    }
+  }
+  if (frames.empty()) return recording;
+  RawPair raw{*recording->contents().calibration.raw};
+  const RowResidual perspective{row_residual(raw, frames)};
+  raw.left.lens = raw.right.lens = LensModel::fisheye;
+  const RowResidual fisheye{row_residual(raw, frames)};
+  const auto wins{[&](const RowResidual& one, const RowResidual& other) {
+    return one.corners >= fewest_corners && (other.corners < fewest_corners || one.rms_rad < clearly * other.rms_rad);
+  }};
+  const std::string residuals{
+      fmt::format("vertical residuals {:.2g} and {:.2g} mrad", 1e3 * fisheye.rms_rad, 1e3 * perspective.rms_rad)};
+  if (wins(fisheye, perspective)) {
+    recording->set_lens(
+        LensModel::fisheye,
+        fmt::format("lens: four coefficients taken as cv::fisheye's, not as k1 k2 p1 p2 ({})", residuals));
+  } else if (wins(perspective, fisheye)) {
+    recording->set_lens(
+        LensModel::perspective,
+        fmt::format("lens: four coefficients taken as k1 k2 p1 p2, not as cv::fisheye's ({})", residuals));
+  } else {
+    throw InputError{
+        printable_path(recording->contents().calibration_file),
+        fmt::format("has four distortion coefficients and no lens model, and the images do not show which it "
+                    "is ({}, fisheye and perspective).",
+                    residuals),
+        "Name the file in a calibration.yaml with 'from: FILE' and 'lens: fisheye', or 'lens: perspective'."};
+  }
+  return recording;
+}
 
 /// With a calibration that lies beside the videos, where none is named.
 std::unique_ptr<Recording> open_recording_of(const VideoPair& videos, InputArguments arguments) {
@@ -216,12 +286,13 @@ std::unique_ptr<Recording> open_recording(const InputArguments& arguments, Forei
   if (arguments.disparities || arguments.depth) {
     throw ConfigError{"--disparities and --depth belong to images in files, by their names; this input has none."};
   }
-  return std::make_unique<Recording>(look_at(arguments, found), std::move(found.images));
+  RecordingContents contents{look_at(arguments, found)};
+  return with_lens(with_turned_images(std::make_unique<Recording>(std::move(contents), std::move(found.images))));
 }
 
 std::unique_ptr<Recording> open_recording(const InputArguments& arguments) {
   if (const auto videos{find_videos(arguments.paths)}) return open_recording_of(*videos, arguments);
-  return std::make_unique<Recording>(look_at(arguments));
+  return with_lens(with_turned_images(std::make_unique<Recording>(look_at(arguments))));
 }
 
 }  // namespace stereogrid::io

@@ -90,6 +90,31 @@ Recording::Recording(RecordingContents contents, std::unique_ptr<ImageStore> ima
   if (contents_.calibration.raw) rectifier_.emplace(*contents_.calibration.raw, rig().width_px, rig().height_px);
 }
 
+void Recording::turn_images(bool are_exchanged) {
+  contents_.are_turned = true;
+  contents_.are_exchanged = are_exchanged;
+  const char* const note{are_exchanged ? "images: turned by 180° and exchanged, since the pair matches as recorded"
+                                       : "images: turned by 180°, left and right as named"};
+  contents_.notes.emplace_back(note);
+  Calibration& calibration{contents_.calibration};
+  calibration.notes.emplace_back(note);
+  if (!are_exchanged) return;
+  turn_upside_down(calibration, Origin{printable_path(contents_.calibration_file)});
+  if (calibration.raw) rectifier_.emplace(*calibration.raw, rig().width_px, rig().height_px);
+}
+
+void Recording::set_lens(LensModel lens, const std::string& reason) {
+  Calibration& calibration{contents_.calibration};
+  calibration.raw->left.lens = calibration.raw->right.lens = lens;
+  calibration.is_lens_unnamed = false;
+  const Rig before{calibration.rig};
+  take_rig_of_raw(calibration, Origin{printable_path(contents_.calibration_file)}, {before.width_px, before.height_px});
+  rectifier_.emplace(*calibration.raw, before.width_px, before.height_px);
+  if (!contents_.mask_file.empty()) contents_.mask = read_mask(contents_.mask_file, calibration);
+  calibration.notes.push_back(reason);
+  contents_.notes.push_back(reason);
+}
+
 StereoFrame Recording::load_unrectified(std::size_t index) const {
   const RecordedFrame& source{contents_.frames.at(index)};
   StereoFrame frame;
@@ -114,6 +139,11 @@ StereoFrame Recording::load_unrectified(std::size_t index) const {
   frame.left = std::move(pair.left);
   frame.right = std::move(pair.right);
   if (!pair.depth_m.empty()) frame.disparity = disparity_from_depth(pair.depth_m, rig());
+  if (contents_.are_exchanged) std::swap(frame.left, frame.right);
+  if (contents_.are_turned) {
+    std::reverse(frame.left.begin(), frame.left.end());
+    std::reverse(frame.right.begin(), frame.right.end());
+  }
   return frame;
 }
 

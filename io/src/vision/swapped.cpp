@@ -44,11 +44,13 @@ struct SignedDisparities {
 SignedDisparities signed_disparities(const StereoFrame& frame) {
   constexpr int largest_width_px{640};
   constexpr int lowest{-64};
-  constexpr int count{160};
-  constexpr float unit{16};  // unit of OpenCV's disparities
+  constexpr int count_small{160};
+  constexpr int count_large{384};  // near scenes: without their own disparities they match at wrong ones
+  constexpr float unit{16};        // unit of OpenCV's disparities
   SignedDisparities found;
   const double scale{std::min(1.0, double{largest_width_px} / frame.left.width())};
   const cv::Mat left{coarse(frame.left, largest_width_px)};
+  const int count{left.cols > count_large ? count_large : count_small};
   if (left.cols <= count || frame.left.height() != frame.right.height()) return found;
   cv::Mat disparity;
   cv::StereoSGBM::create(lowest, count, 5, 8 * 25, 32 * 25, 1, 31, 15, 100, 1, cv::StereoSGBM::MODE_SGBM_3WAY)
@@ -88,6 +90,17 @@ std::optional<double> negative_disparity_px(const StereoFrame& frame) {
   const bool are_swapped{found.lower_mean_px < found.upper_mean_px - noticeable_px};  // near objects have smaller ones
   if (are_swapped || percentile(checked_percent) > noticeable_px) return std::nullopt;
   return percentile(farthest_percent);
+}
+
+std::optional<double> near_disparity_px(const StereoFrame& frame, double beyond_px) {
+  constexpr double fewest{0.2};  // share of the pixels that match there
+  constexpr std::size_t nearest_percent{95};
+  if (frame.right.empty() || frame.right.width() != frame.left.width()) return std::nullopt;
+  const SignedDisparities found{signed_disparities(frame)};
+  const auto beyond{std::ranges::count_if(found.all_px, [&](float d) { return d >= beyond_px; })};
+  if (found.all_px.empty() || static_cast<double>(beyond) < fewest * static_cast<double>(found.pixels))
+    return std::nullopt;
+  return found.all_px[found.all_px.size() * nearest_percent / 100];
 }
 
 std::optional<std::string> finding_if_shifted(const StereoFrame& frame, const Rig& rig) {

@@ -55,13 +55,14 @@ FUZZ_TARGET(poses_tum) {
   static const Folder folder;
   const auto path{folder.write("poses.txt", text_of(input))};
   accepts([&] {
-    static_cast<void>(io::is_tum_trajectory(path));
+    static_cast<void>(io::is_trajectory(path));
+    const io::Trajectory trajectory{io::read_trajectory(path)};
     std::vector<std::int64_t> stamps_ns;
-    for (const io::StampedPose& pose : io::read_tum_poses(path).poses) {
+    for (const io::StampedPose& pose : trajectory.poses) {
       check_pose(pose.world_from_vehicle);
       stamps_ns.push_back(pose.stamp_ns);
     }
-    check_growing(stamps_ns);
+    check_growing(trajectory.have_stamps ? stamps_ns : trajectory.frames);
   });
   accepts([&] { static_cast<void>(io::read_euroc_stamps(path)); });
 }
@@ -78,7 +79,7 @@ FUZZ_TARGET(times) {
   static const Folder folder;
   const auto path{folder.write("times.txt", text_of(input))};
   for (const std::size_t expected : {lines_in(input), lines_in(input) + 1}) {
-    accepts([&] { check_growing(io::read_times(path, expected)); });
+    accepts([&] { check_growing(io::read_times(path, expected).stamps_ns); });
   }
 }
 

@@ -189,7 +189,7 @@ TEST_F(ForeignCalibration, KalibrTransformsTheWrongWayRound) {
   inertial = changed(inertial, "cam1:\n", "cam1:\n" + imu("0.05"));
   put(folder_ / "good.yaml", inertial);
   EXPECT_EQ(read_calibration(folder_ / "good.yaml").rig.baseline_m, 0.25);
-  chain_refused(changed(inertial, "-0.25", "0.25"), {"inverse of what both 'T_cam_imu' say", "invert it"});
+  chain_refused(changed(inertial, "-0.25", "0.25"), {"inverse of what the transforms to the IMU say", "invert it"});
   chain_refused(changed(chain, "[0, 0, 1, 0]\n  - [0.0, 0.0, 0.0, 1.0]", "[0, 0, 1, 0]\n  - [-0.25, 0, 0, 1]"),
                 {"no rigid transform"});
   std::string transposed{changed(chain, "-0.25]", "0]")};

@@ -4,10 +4,12 @@
 // refused.
 #include <fmt/format.h>
 
+#include <array>
 #include <opencv2/core/matx.hpp>
 #include <opencv2/core/persistence.hpp>
 
 #include "stereogrid/io/calibration.hpp"
+#include "stereogrid/io/npz.hpp"
 #include "support.hpp"
 
 namespace stereogrid::io::testing {
@@ -290,6 +292,113 @@ TEST_F(OtherFormats, KittiWithAnotherCentreOfTheRightCamera) {
   EXPECT_DOUBLE_EQ(calibration.rig.cx_px, 127.5);
   EXPECT_DOUBLE_EQ(calibration.rig.baseline_m, 0.25);
   EXPECT_DOUBLE_EQ(calibration.raw->right.cx_px, 139.5);
+}
+
+TEST_F(OtherFormats, FoundationStereoAndCityscapes) {
+  expect_pair(read("K.txt", "150 0 127.5 0 150 79.5 0 0 1\n0.25\n"), "OpenCV stereo calibration");
+  expect_pair(read("camera.json", R"({"extrinsic": {"baseline": 0.25, "pitch": 0.03, "x": 1.7, "z": 1.2},
+    "intrinsic": {"fx": 150, "fy": 150, "u0": 127.5, "v0": 79.5}})"),
+              "OpenCV stereo calibration");
+  refused("times.txt", "0\n1\n2\n3\n4\n5\n6\n7\n8\n9\n", {"times.txt"});
+}
+
+TEST_F(OtherFormats, NumpyArchive) {
+  const std::vector<double> k{150, 0, 127.5, 0, 150, 79.5, 0, 0, 1};
+  const std::vector<double> none(5);
+  const std::vector<double> turn{1, 0, 0, 0, 1, 0, 0, 0, 1};
+  const std::vector<double> shift{-0.25, 0, 0};
+  const std::vector<std::int64_t> size{256, 160};
+  write_npz(folder_ / "stereo.npz", std::vector<NpzArray>{{"cameraMatrix1", {3, 3}, k},
+                                                          {"distCoeffs1", {1, 5}, none},
+                                                          {"cameraMatrix2", {3, 3}, k},
+                                                          {"distCoeffs2", {1, 5}, none},
+                                                          {"R", {3, 3}, turn},
+                                                          {"T", {3, 1}, shift},
+                                                          {"imageSize", {2}, size}});
+  expect_pair(read_calibration(folder_ / "stereo.npz", 256, 160), "OpenCV stereo calibration");
+}
+
+TEST_F(OtherFormats, MatlabIsTransposedAndCountsFromOne) {
+  const auto camera{[](const char* matrix) {
+    return fmt::format(R"({{"RadialDistortion": [0, 0], "TangentialDistortion": [0, 0], "ImageSize": [160, 256],
+      "WorldUnits": "millimeters", "{}"}})",
+                       matrix);
+  }};
+  const auto pair{[&](const char* matrix) {
+    std::string text{camera(matrix)};
+    text.erase(text.rfind('"'), 1);
+    return fmt::format(R"({{"CameraParameters1": {0}, "CameraParameters2": {0},
+      "RotationOfCamera2": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "TranslationOfCamera2": [-250, 0, 0]}})",
+                       text);
+  }};
+  expect_pair(read("a.json", pair(R"(IntrinsicMatrix": [[150, 0, 0], [0, 150, 0], [128.5, 80.5, 1]])")),
+              "MATLAB stereoParameters");
+  expect_pair(read("a.json", pair(R"(K": [[150, 0, 128.5], [0, 150, 80.5], [0, 0, 1]])")), "MATLAB stereoParameters");
+}
+
+constexpr const char* kalibr_camera{
+    "  camera_model: pinhole\n  distortion_model: none\n  intrinsics: [150, 150, 127.5, 79.5]\n"
+    "  resolution: [256, 160]\n"};
+
+TEST_F(OtherFormats, KalibrThroughTheImu) {
+  for (const auto& [key, left, right] :
+       {std::array{"T_cam_imu", "0.04", "-0.21"}, std::array{"T_imu_cam", "0", "0.25"}}) {
+    const auto transform{[&](const char* x) {
+      return fmt::format("  {}: [[1, 0, 0, {}], [0, 1, 0, 0.2], [0, 0, 1, -0.1], [0, 0, 0, 1]]\n", key, x);
+    }};
+    expect_pair(
+        read("c.yaml", "cam0:\n" + transform(left) + kalibr_camera + "cam1:\n" + transform(right) + kalibr_camera),
+        "Kalibr camchain");
+  }
+}
+
+TEST_F(OtherFormats, VinsNamesItsCameras) {
+  put(folder_ / "cam.yaml",
+      "%YAML:1.0\n---\nmodel_type: PINHOLE\nimage_width: 256\nimage_height: 160\n"
+      "distortion_parameters: {k1: 0, k2: 0, p1: 0, p2: 0}\nprojection_parameters: {fx: 150, fy: 150, cx: 127.5, cy: "
+      "79.5}\n");
+  const auto body{[](const char* y) {
+    return fmt::format(
+        "!!opencv-matrix\n   rows: 4\n   cols: 4\n   dt: d\n"
+        "   data: [0, 0, 1, 0.1, -1, 0, 0, {}, 0, -1, 0, 0.2, 0, 0, 0, 1]\n",
+        y);
+  }};
+  expect_pair(
+      read("vins.yaml", "%YAML:1.0\n---\nimu: 1\ncam0_calib: \"cam.yaml\"\ncam1_calib: \"cam.yaml\"\nbody_T_cam0: " +
+                            body("0.04") + "body_T_cam1: " + body("-0.21")),
+      "VINS-Fusion configuration");
+}
+
+TEST_F(OtherFormats, DrivingStereoHasCameras101And103) {
+  expect_pair(read("calib.txt",
+                   "S_rect_101: 256 160\nP_rect_101: 150 0 127.5 0 0 150 79.5 0 0 0 1 0\n"
+                   "P_rect_103: 150 0 127.5 -37.5 0 150 79.5 0 0 0 1 0\n"),
+              "KITTI raw");
+}
+
+TEST_F(OtherFormats, MapsHaveNoFocalLength) {
+  refused("maps.xml",
+          "<?xml version=\"1.0\"?>\n<opencv_storage><stereoMapL_x type_id=\"opencv-matrix\"><rows>1</rows>"
+          "</stereoMapL_x></opencv_storage>",
+          {"rectification maps", "Save K, D, R and T"});
+}
+
+TEST_F(OtherFormats, LensOfAFileThatNamesNone) {
+  const std::string bent{R"({"K1": @, "D1": [0.01, 0.02, 0.001, 0.002], "K2": @, "D2": [0.01, 0.02, 0.001, 0.002],
+    "R": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "T": [-0.25, 0, 0], "imageSize": [256, 160]})"};
+  const auto with{[&](const std::string& more) {
+    std::string text{bent};
+    for (std::size_t at{text.find('@')}; at != std::string::npos; at = text.find('@')) text.replace(at, 1, matrix_150);
+    return text.insert(1, more);
+  }};
+  EXPECT_TRUE(read("a.json", with("")).is_lens_unnamed);
+  const Calibration named{read("a.json", with(R"("camera_model": "fisheye", )"))};
+  EXPECT_FALSE(named.is_lens_unnamed);
+  EXPECT_EQ(named.raw->left.lens, LensModel::fisheye);
+  put(folder_ / "a.json", with(""));
+  EXPECT_EQ(read("c.yaml", "from: a.json\nlens: fisheye\n").raw->left.lens, LensModel::fisheye);
+  EXPECT_EQ(read("c.yaml", "from: a.json\nlens: perspective\n").raw->left.lens, LensModel::perspective);
+  refused("c.yaml", "from: a.json\nlens: mirror\n", {"lens"});
 }
 
 }  // namespace

@@ -172,6 +172,48 @@ TEST(RosImage, ReadsBayerPatterns) {
   }
 }
 
+TEST(DecodeImage, ExifTurnsAJpegAsOpenCvDoes) {
+  std::vector<uchar> jpeg;
+  cv::Mat image{noise(CV_8UC1, 48, 32)};
+  cv::GaussianBlur(image, image, {}, 3);
+  cv::imencode(".jpg", image, jpeg);
+  for (char orientation{1}; orientation <= 8; ++orientation) {
+    for (const bool is_little : {true, false}) {
+      const std::string tiff{is_little ? std::string{"II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0", 18} +
+                                             orientation + std::string(7, '\0')
+                                       : std::string{"MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0", 19} +
+                                             orientation + std::string(6, '\0')};
+      const std::string exif{std::string{"Exif\0\0", 6} + tiff};
+      const std::string segment{std::string{"\xff\xe1\0", 3} + static_cast<char>(exif.size() + 2) + exif};
+      std::string bytes{jpeg.begin(), jpeg.end()};
+      bytes.insert(2, segment);
+      const cv::Mat expected{cv::imdecode(std::vector<uchar>(bytes.begin(), bytes.end()), cv::IMREAD_GRAYSCALE)};
+      const cv::Mat read{decode_image("image", bytes)};
+      ASSERT_EQ(read.size(), expected.size()) << int{orientation};
+      EXPECT_EQ(cv::norm(read, expected, cv::NORM_INF), 0) << int{orientation};
+    }
+  }
+}
+
+TEST(DecodeImage, WrongByteOrderIsCorrected) {
+  constexpr int width{64};
+  constexpr int height{48};
+  cv::Mat smooth(height, width, CV_16UC1);
+  for (int v{0}; v < height; ++v) {
+    for (int u{0}; u < width; ++u) smooth.at<std::uint16_t>(v, u) = static_cast<std::uint16_t>(300 + 37 * u + 11 * v);
+  }
+  const auto decoded{[&](const cv::Mat& samples, bool is_bigendian) {
+    return decode_ros_image(
+        {"mono16", {samples.data, samples.total() * 2}, false, width, height, 2 * width, is_bigendian}, "image");
+  }};
+  const ScaledImage right{decoded(smooth, false)};
+  const ScaledImage wrong{decoded(smooth, true)};
+  EXPECT_FALSE(right.has_other_byte_order);
+  EXPECT_TRUE(wrong.has_other_byte_order);
+  EXPECT_EQ(right.grey, wrong.grey);
+  EXPECT_FALSE(decoded(noise(CV_16UC1, width, height), true).has_other_byte_order) << "noise is as rough in both";
+}
+
 }  // namespace
 }  // namespace stereogrid::io::testing
 

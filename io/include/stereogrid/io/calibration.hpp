@@ -48,6 +48,8 @@ struct Calibration {
   std::filesystem::path mask{};         ///< image for read_mask; empty: none
   std::vector<std::string> notes{};     ///< interpretation of the file where it is ambiguous
   std::vector<std::string> warnings{};  ///< values that are probably those of other images
+  bool is_upside_down{false};           ///< 'rotate: 180': images are to be turned (open_recording)
+  bool is_lens_unnamed{false};  ///< four distortion coefficients of `raw`, read as k1 k2 p1 p2, may be cv::fisheye's
 };
 
 /// Which cameras of a KITTI set are the pair.

@@ -28,7 +28,8 @@ struct RgbImage {
 /// An image as 8-bit grey, at its own scale.
 struct ScaledImage {
   Image<std::uint8_t> grey;
-  int bits{8};  ///< sample_bits(): white is the largest number of this many bits
+  int bits{8};                       ///< sample_bits(): white is the largest number of this many bits
+  bool has_other_byte_order{false};  ///< message whose is_bigendian is wrong
 };
 
 // All readers accept PNG, PGM/PPM, JPEG, TIFF and BMP, recognised by content. They throw InputError if the file is
@@ -67,10 +68,14 @@ STEREOGRID_EXPORT void write_png(const std::filesystem::path& path, const RgbIma
 /// Bytes of a JPEG of 8-bit grey or bgr8. `quality`: 1 to 100.
 [[nodiscard]] STEREOGRID_EXPORT std::vector<std::uint8_t> encode_jpeg(const PixelView& image, int quality);
 
+/// Sets values that are not finite or not positive to 0 = none. Throws InputError where the values are not disparities
+/// in px: nearly all are negative, most exceed the image's width, or none reaches 1 px. `name`: for the message.
+STEREOGRID_EXPORT void settle_disparities(const std::string& name, Image<float>& image);
+
 /// Reads a disparity image (px of the left image; values that are not finite or not positive become 0 = none),
 /// recognised by content. Formats: PNG of 16 bits in KITTI's coding (disparity × 256), PFM of one channel, TIFF of 32-
 /// or 64-bit floats, NumPy .npy of float32 or float64 in shape (height, width). Throws InputError: missing, truncated
-/// or damaged, another type, or values that are not px (most exceed the image's width, or none reaches 1 px).
+/// or damaged, another type, or as settle_disparities().
 [[nodiscard]] STEREOGRID_EXPORT Image<float> read_disparity(const std::filesystem::path& path);
 
 /// Reads a depth image (along the camera's axis, m; values that are not finite or not positive become 0 = none): PNG or

@@ -13,6 +13,7 @@
 
 #include "stereogrid/export.hpp"
 #include "stereogrid/frame.hpp"
+#include "stereogrid/io/calibration.hpp"
 
 namespace stereogrid::io {
 
@@ -54,19 +55,30 @@ struct StampedPose {
   Pose2 world_from_vehicle;
 };
 
-/// True: the first line that is no comment has the 8 numbers of TUM's format.
-[[nodiscard]] STEREOGRID_EXPORT bool is_tum_trajectory(const std::filesystem::path& path);
-
-/// TUM's format, "timestamp tx ty tz qx qy qz qw" with stamps in seconds and # comments: world_from_camera (x right, y
-/// down, z forward) in any world. Poses are relative to the first camera, projected on the plane of its x and z axes.
-/// Poses that move along their own x axis are those of a body (x ahead, z up). Invalid: quaternions whose length
-/// is not 1, and stamps that do not increase.
-struct TumPoses {
+/// Poses of a file in one of these forms. Poses are relative to the first one, on the ground.
+struct Trajectory {
   std::vector<StampedPose> poses;
-  bool are_of_body{false};
+  bool are_of_body{false};             ///< body poses (x ahead, z up), since they move along x
+  std::string note{};                  ///< another unit of the stamps than the form's; empty: the form's
+  bool have_stamps{true};              ///< false: a line per frame, or `frames`
+  std::vector<std::int64_t> frames{};  ///< number of the frame of each pose; empty: none
 };
-/// Reads a file of TUM's format. Throws InputError.
-[[nodiscard]] STEREOGRID_EXPORT TumPoses read_tum_poses(const std::filesystem::path& path);
+
+/// True: the first line that is no comment has the columns of one of the forms of read_trajectory().
+[[nodiscard]] STEREOGRID_EXPORT bool is_trajectory(const std::filesystem::path& path);
+
+/// Reads poses with comments behind #, separated by blanks or commas:
+/// - TUM: "timestamp tx ty tz qx qy qz qw", stamps in seconds, world_from_camera (x right, y down, z forward) in any
+///   world; those that move along their own x axis are a body's (x ahead, z up).
+/// - EuRoC's ground truth: ns, position, quaternion w x y z of the body; `body_from_camera` (T_BS) transforms them to
+/// the camera.
+/// - AirSim's airsim_rec.txt: ms, position, quaternion w x y z of the vehicle (x ahead, y to the right, z down).
+/// - TartanAir: position, quaternion x y z w of the camera in the same axes, a line per frame.
+/// - KITTI-360: number of the frame, and world_from_camera as 4 × 4, or the vehicle as 3 × 4.
+/// Stamps in s, ms, µs or ns are recognised by their step. Throws InputError: other columns, quaternions whose length
+/// is not 1, stamps that do not increase.
+[[nodiscard]] STEREOGRID_EXPORT Trajectory read_trajectory(const std::filesystem::path& path,
+                                                           const std::optional<Transform>& body_from_camera = {});
 
 /// Poses at other instants: linear interpolation of the position, heading along the shorter arc. Motion
 /// is extrapolated up to one median interval before the first and after the last pose. `poses`: stamps increase.
@@ -97,7 +109,7 @@ struct OxtsTimes {
 [[nodiscard]] STEREOGRID_EXPORT OxtsTimes read_oxts_times(const std::filesystem::path& folder);
 
 /// The pose file of a folder: poses.csv, poses_gt.txt, poses.txt, poses_vo.txt, then any other poses*.txt,
-/// then groundtruth.txt, trajectory.txt and CameraTrajectory.txt in TUM's format.
+/// then groundtruth.txt, trajectory.txt, CameraTrajectory.txt, pose_left.txt and airsim_rec.txt (read_trajectory).
 struct PoseChoice {
   std::filesystem::path file;
   std::vector<std::filesystem::path> others;  ///< also there, not taken

@@ -67,6 +67,7 @@ struct ImagePair {
   int left_bits{8};
   int right_bits{8};
   Image<float> depth_m{};  ///< instead of `right`: along the axis of the camera, per pixel of `left`; 0 = none
+  bool has_other_byte_order{false};  ///< ScaledImage::has_other_byte_order of one of them
 };
 
 /// Brings both images of 16-bit samples to one scale: `usual_bits`, that of the recording, or less for a dark pair (the
@@ -132,6 +133,8 @@ struct RecordingContents {
   bool has_depth{false};              ///< `external` gives depth: of the left images before rectification
   double depth_units_per_m{1000};     ///< depth files in integers
   ImageLayout layout{ImageLayout::separate};
+  bool are_turned{false};     ///< images by 180° on loading
+  bool are_exchanged{false};  ///< and left with right
 };
 
 /// A recorded drive. Opened by open_recording.
@@ -154,6 +157,11 @@ class STEREOGRID_EXPORT Recording final : public FrameSource {
   [[nodiscard]] std::vector<ScanPoint> load_scan(std::size_t index) const;
 
   [[nodiscard]] const RecordingContents& contents() const { return contents_; }
+  /// Turns all images by 180°. `are_exchanged`: the rig was upside down, and not each camera alone; then the
+  /// calibration is of the images as recorded, else of the turned ones.
+  void turn_images(bool are_exchanged);
+  /// Replaces the lens of both cameras of a raw pair (Calibration::is_lens_unnamed), and notes it.
+  void set_lens(LensModel lens, const std::string& reason);
   [[nodiscard]] bool has_poses() const { return !contents_.poses_file.empty(); }
   [[nodiscard]] bool has_scans() const;
   [[nodiscard]] bool gives_disparities() const { return !contents_.external.empty(); }
@@ -183,6 +191,9 @@ class STEREOGRID_EXPORT Recording final : public FrameSource {
 /// Disparity (px) of the farthest points of a rectified pair where it is clearly negative; none: it is not, or the
 /// sides are swapped. 0.3 s for an image of 1280 × 720.
 [[nodiscard]] STEREOGRID_EXPORT std::optional<double> negative_disparity_px(const StereoFrame& frame);
+
+/// Disparity (px) of the nearest points of a rectified pair where a fifth of it matches at `beyond_px` or more.
+[[nodiscard]] STEREOGRID_EXPORT std::optional<double> near_disparity_px(const StereoFrame& frame, double beyond_px);
 
 /// Message if the farthest points have negative disparities: the offset, and the corrected line of calibration.yaml.
 [[nodiscard]] STEREOGRID_EXPORT std::optional<std::string> finding_if_shifted(const StereoFrame& frame, const Rig& rig);

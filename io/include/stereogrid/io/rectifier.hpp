@@ -2,11 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <span>
 
 #include "stereogrid/export.hpp"
+#include "stereogrid/frame.hpp"
 #include "stereogrid/image.hpp"
 #include "stereogrid/io/calibration.hpp"
 
@@ -34,6 +37,15 @@ class STEREOGRID_EXPORT Rectifier {
   struct STEREOGRID_HIDDEN Maps;
   std::unique_ptr<const Maps> maps_;
 };
+
+/// Vertical distances of corners of rectified left images from their places in the right ones.
+struct RowResidual {
+  double rms_rad{0};
+  std::size_t corners{0};  ///< number of them that were found
+};
+
+/// Residual of a raw pair as its calibration rectifies it. `frames`: as recorded, one at least.
+[[nodiscard]] STEREOGRID_EXPORT RowResidual row_residual(const RawPair& raw, std::span<const StereoFrame> frames);
 
 /// PipelineOptions::mask from a file: 255 where the pixel is used, 0 where it shows the vehicle itself. In the file
 /// black (0) shows the vehicle; of colours, all three 0. Throws InputError: missing, damaged, of another size, a JPEG

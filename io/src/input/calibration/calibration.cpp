@@ -86,20 +86,31 @@ Calibration read_odometry(const std::filesystem::path& path, const KittiText& te
   return calibration;
 }
 
-Calibration read_raw_drive(const std::filesystem::path& path, const KittiText& text, KittiPair pair) {
-  const std::string left_key{pair == KittiPair::grey ? "00" : "02"};
+/// Numbers of the cameras in P_rect_….
+struct RectifiedCameras {
+  const char* left;
+  const char* right;
+};
+constexpr RectifiedCameras grey_cameras{"00", "01"};
+constexpr RectifiedCameras colour_cameras{"02", "03"};
+constexpr RectifiedCameras driving_stereo_cameras{"101", "103"};
+
+Calibration read_raw_drive(const std::filesystem::path& path, const KittiText& text, const RectifiedCameras& cameras) {
+  const std::string left_key{cameras.left};
   const auto& left{text.get("P_rect_" + left_key, 12)};
-  const auto& right{text.get(pair == KittiPair::grey ? "P_rect_01" : "P_rect_03", 12)};
+  const auto& right{text.get(std::string{"P_rect_"} + cameras.right, 12)};
   Calibration calibration;
   calibration.kind = "KITTI raw";
   take_projections(calibration, printable_path(path), left, right);
-  const auto& size{text.get("S_rect_" + left_key, 2)};
-  if (!(size[0] >= 1 && size[0] <= most_px && size[1] >= 1 && size[1] <= most_px)) {
-    throw InputError{printable_path(path), "has an image size in line 'S_rect_" + left_key + "' that is none.",
-                     use_right_file};
+  if (text.has("S_rect_" + left_key)) {
+    const auto& size{text.get("S_rect_" + left_key, 2)};
+    if (!(size[0] >= 1 && size[0] <= most_px && size[1] >= 1 && size[1] <= most_px)) {
+      throw InputError{printable_path(path), "has an image size in line 'S_rect_" + left_key + "' that is none.",
+                       use_right_file};
+    }
+    calibration.rig.width_px = static_cast<int>(std::lround(size[0]));
+    calibration.rig.height_px = static_cast<int>(std::lround(size[1]));
   }
-  calibration.rig.width_px = static_cast<int>(std::lround(size[0]));
-  calibration.rig.height_px = static_cast<int>(std::lround(size[1]));
   const auto velodyne{path.parent_path() / "calib_velo_to_cam.txt"};
   if (is_there(velodyne)) {
     const auto& r{text.get("R_rect_00", 9)};
@@ -114,15 +125,16 @@ Calibration read_raw_drive(const std::filesystem::path& path, const KittiText& t
 
 Calibration read_kitti_calibration(const std::filesystem::path& path, KittiPair pair) {
   const KittiText text{path};
-  if (text.has("P_rect_00") || text.has("P_rect_02")) return read_raw_drive(path, text, pair);
+  if (text.has("P_rect_101")) return read_raw_drive(path, text, driving_stereo_cameras);
+  if (text.has("P_rect_00") || text.has("P_rect_02")) {
+    return read_raw_drive(path, text, pair == KittiPair::grey ? grey_cameras : colour_cameras);
+  }
   if (text.has("P0") || text.has("P2") || text.has("P1")) return read_odometry(path, text, pair);
   throw InputError{printable_path(path), "is not a calibration that is known.",
                    "docs/input.md has the formats that are read; KITTI's calib.txt has P0 and P1."};
 }
 
-namespace {
-
-Calibration read_checked(const std::filesystem::path& path, const CalibrationRequest& request) {
+Calibration read_calibration(const std::filesystem::path& path, const CalibrationRequest& request) {
   Calibration calibration{read_form({path}, request)};
   fit_to_images(calibration, printable_path(path), request.width_px, request.height_px);
   std::string all;
@@ -131,16 +143,14 @@ Calibration read_checked(const std::filesystem::path& path, const CalibrationReq
   return calibration;
 }
 
-}  // namespace
-
 Calibration read_calibration(const std::filesystem::path& path, int width_px, int height_px, KittiPair pair) {
-  return read_checked(path, {width_px, height_px, pair});
+  return read_calibration(path, CalibrationRequest{width_px, height_px, pair});
 }
 
 Calibration read_depth_calibration(const std::filesystem::path& path, int width_px, int height_px) {
   CalibrationRequest request{width_px, height_px};
   request.has_depth = true;
-  return read_checked(path, request);
+  return read_calibration(path, request);
 }
 
 std::string mount_line(const Rig& rig) {

@@ -92,7 +92,7 @@ void leave_colour(std::vector<fs::path>& found) {
   if (found.size() > 1 && !std::ranges::all_of(found, is_other)) std::erase_if(found, is_other);
 }
 
-constexpr std::string_view text_extensions[]{".yaml", ".yml", ".xml", ".json", ".txt", ".conf"};
+constexpr std::string_view text_extensions[]{".yaml", ".yml", ".xml", ".json", ".txt", ".conf", ".npz"};
 
 /// Files of any name in which a reader finds a calibration. Of two that belong together, the first.
 std::vector<fs::path> recognised_in(const fs::path& folder, bool has_depth) {
@@ -133,7 +133,7 @@ fs::path find_calibration_in(const fs::path& folder, bool has_depth) {
   add_named(folder / "camera_info", std::span{in_root}.first(3), found);
   for (const char* const camera : {"left", "cam0"}) add_named(folder / camera, beside_images, found);
   if (found.empty()) found = recognised_in(folder, has_depth);
-  for (const char* const inside : {"calibration", "calib", "intrinsic", "intrinsics"}) {
+  for (const char* const inside : {"calibration", "calib", "intrinsic", "intrinsics", "dso"}) {
     if (found.empty() && is_folder(folder / inside)) found = recognised_in(folder / inside, has_depth);
   }
   if (found.empty()) return {};

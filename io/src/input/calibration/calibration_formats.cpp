@@ -70,6 +70,15 @@ Calibration read_euroc(const Files& files, const CalibrationRequest& request) {
   return read_euroc_calibration(read_calibration_tree(both.first), read_calibration_tree(both.second), request);
 }
 
+Calibration read_vins(const Files& files, const CalibrationRequest& request) {
+  return read_vins_calibration(files.root, files.paths[0], request);
+}
+
+Calibration refuse_maps(const Files& files, const CalibrationRequest&) {
+  files.root.fail("holds rectification maps, which have neither focal length nor baseline.",
+                  "Save K, D, R and T of stereoCalibrate, or P1 and P2 or Q of stereoRectify, beside the maps.");
+}
+
 Calibration refuse_message(const Files& files, const CalibrationRequest&) {
   files.root.fail("is a CameraInfo message of ROS, not a calibration file.",
                   "Give the files that camera_calibration has written, left.yaml and right.yaml (docs/input.md).");
@@ -96,8 +105,15 @@ bool has_zed_section(const YamlGroup& root) {
          std::ranges::any_of(root.keys(), [](std::string_view key) { return key.starts_with("LEFT_CAM_"); });
 }
 
+/// stereoMapL_x and the like, of OpenCV's tutorials.
+bool has_maps(const YamlGroup& root) {
+  return std::ranges::any_of(root.keys(), [](std::string_view key) {
+    return key.find("map") != std::string_view::npos || key.find("Map") != std::string_view::npos;
+  });
+}
+
 /// The first that fits.
-constexpr std::array<Format, 14> formats{{
+constexpr std::array<Format, 17> formats{{
     {[](const YamlGroup& r) { return has_any(r, {"T_BS"}); }, read_euroc},
     {[](const YamlGroup& r) {
        return has_any(r, {"value0", "T_imu_cam"});
@@ -115,7 +131,12 @@ constexpr std::array<Format, 14> formats{{
        return has_any(r, {"Camera.fx", "Camera1.fx", "LEFT.K"});
      },
      read_one<read_orbslam_calibration>},
+    {[](const YamlGroup& r) { return r.has("body_T_cam0") && r.has("body_T_cam1"); }, read_vins},
     {is_vins_camera, refuse_one_camera},
+    {[](const YamlGroup& r) {
+       return has_any(r, {"CameraParameters1", "TranslationOfCamera2"});
+     },
+     read_one<read_matlab_calibration>},
     {[](const YamlGroup& r) {
        const OpencvParts parts{opencv_parts(r)};
        return parts.has_intrinsics && parts.has_extrinsics;
@@ -135,6 +156,7 @@ constexpr std::array<Format, 14> formats{{
        return parts.has_intrinsics || has_any(r, {"R", "T"});
      },
      read_opencv},
+    {has_maps, refuse_maps},
 }};
 
 const Format* format_of(const YamlGroup& root) {
@@ -142,9 +164,10 @@ const Format* format_of(const YamlGroup& root) {
   return found == formats.end() ? nullptr : found;
 }
 
-enum class Notation { yaml, xml, sections, assignments, ost, matrix, kitti };
+enum class Notation { yaml, xml, sections, assignments, ost, matrix, npz, kitti };
 
 Notation notation_of(const fs::path& path, std::string_view text) {
+  if (text.starts_with("PK\x03\x04")) return Notation::npz;
   const std::string_view start{text.substr(std::min(text.find_first_not_of(" \t\r\n"), text.size()))};
   const auto has_line{[&](std::string_view beginning) {
     return text.starts_with(beginning) || text.find("\n" + std::string{beginning}) != std::string_view::npos;
@@ -159,12 +182,6 @@ Notation notation_of(const fs::path& path, std::string_view text) {
   return is_matrix && !start.empty() ? Notation::matrix : Notation::kitti;
 }
 
-std::string one_line(std::string text) {
-  std::ranges::replace_if(
-      text, [](char c) { return c == '\n' || c == '\r'; }, ' ');
-  return text;
-}
-
 YamlGroup tree_of(const fs::path& path, std::string text, Notation notation) {
   const std::string file{printable_path(path)};
   switch (notation) {
@@ -175,7 +192,9 @@ YamlGroup tree_of(const fs::path& path, std::string text, Notation notation) {
     case Notation::assignments:
       return {file, "", parse_assignments(file, text)};
     case Notation::matrix:
-      return {file, "", parse_assignments(file, fmt::format("K=[{}]", one_line(std::move(text))))};
+      return {file, "", parse_matrix(file, text)};
+    case Notation::npz:
+      return {file, "", parse_npz(path)};
     case Notation::ost:
       return {file, "", parse_ost(file, text)};
     default:
@@ -195,7 +214,9 @@ bool is_calibration_of_other_tool(const fs::path& path, bool has_depth) {
   try {
     std::string text{read_text(path, largest_bytes::calibration)};
     const Notation notation{notation_of(path, text)};
-    if (notation == Notation::kitti) return text.starts_with("P0:") || text.find("\nP0:") != std::string::npos;
+    if (notation == Notation::kitti)
+      return text.starts_with("P0:") || text.find("\nP0:") != std::string::npos ||
+             text.find("P_rect_") != std::string::npos;
     const YamlGroup root{tree_of(path, std::move(text), notation)};
     return format_of(root) != nullptr || (has_depth && read_single_calibration(root, {}));
   } catch (const InputError&) {
@@ -210,7 +231,8 @@ Calibration read_form(const std::vector<fs::path>& paths, const CalibrationReque
   if (notation == Notation::kitti) return read_kitti_calibration(path, request.pair);
   const YamlGroup root{tree_of(path, std::move(text), notation)};
   const Format* const format{format_of(root)};
-  const bool is_known{format != nullptr && format->read != refuse_one_camera && format->read != refuse_message};
+  const bool is_known{format != nullptr && format->read != refuse_one_camera && format->read != refuse_message &&
+                      format->read != refuse_maps};
   if (request.has_depth && !is_known) {
     if (auto single{read_single_calibration(root, request)}) return *std::move(single);
   }

@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "input/calibration/yaml_group.hpp"
@@ -21,7 +23,9 @@ struct CalibrationRequest {
   bool has_stated_size{false};  ///< width and height are those that it states
   std::optional<bool> images_are_raw{};
   std::optional<double> baseline_m{};
-  bool has_depth{false};  ///< images with depth: one camera is enough
+  std::optional<LensModel> lens{};   ///< lens of a file that names none
+  std::array<int, 2> cameras{0, 1};  ///< the pair among the cameras of a Kalibr file
+  bool has_depth{false};             ///< images with depth: one camera is enough
 };
 
 // Readers throw InputError: no such file, missing keys, invalid values or cameras. The caller checks `problems` of the
@@ -30,6 +34,9 @@ struct CalibrationRequest {
 /// Reads a file of any supported tool, or calibration.yaml, recognised by content. `paths`: one file, or left and
 /// right.
 [[nodiscard]] Calibration read_form(const std::vector<std::filesystem::path>& paths, const CalibrationRequest& request);
+
+/// The same, checked and fitted to the images' size.
+[[nodiscard]] Calibration read_calibration(const std::filesystem::path& path, const CalibrationRequest& request);
 
 /// The keys of a file in any notation: YAML, JSON, OpenCV's XML, ZED's and Middlebury's texts, ost.txt.
 [[nodiscard]] YamlGroup read_calibration_tree(const std::filesystem::path& path);
@@ -53,6 +60,9 @@ struct OpencvParts {
   bool has_projections;  ///< rectified pair without R and T: P1 and P2, or Q
 };
 [[nodiscard]] OpencvParts opencv_parts(const YamlGroup& root);
+/// perspective or fisheye, as "fisheye", "equidistant", "kb4" or "pinhole", "plumb_bob", "radtan" name them; none:
+/// another.
+[[nodiscard]] std::optional<LensModel> lens_named(std::string_view word);
 /// Both may be the same file.
 [[nodiscard]] Calibration read_opencv_calibration(const YamlGroup& intrinsics, const YamlGroup& extrinsics,
                                                   const CalibrationRequest& request);
@@ -70,6 +80,11 @@ struct OpencvParts {
 [[nodiscard]] Calibration read_middlebury_calibration(const YamlGroup& root, const CalibrationRequest& request);
 /// Settings of ORB-SLAM2 and ORB-SLAM3 for stereo cameras.
 [[nodiscard]] Calibration read_orbslam_calibration(const YamlGroup& root, const CalibrationRequest& request);
+/// stereoParameters of MATLAB, written with jsonencode(toStruct(…)).
+[[nodiscard]] Calibration read_matlab_calibration(const YamlGroup& root, const CalibrationRequest& request);
+/// Configuration of VINS-Fusion: body_T_cam0, body_T_cam1 and the names of both cameras' files.
+[[nodiscard]] Calibration read_vins_calibration(const YamlGroup& root, const std::filesystem::path& path,
+                                                const CalibrationRequest& request);
 /// SN*.conf of a ZED camera.
 [[nodiscard]] Calibration read_zed_calibration(const YamlGroup& root, const CalibrationRequest& request);
 /// True: the file has the camera of VINS, without a baseline.

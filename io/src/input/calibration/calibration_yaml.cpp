@@ -7,16 +7,19 @@
 namespace stereogrid::io {
 namespace {
 
+LensModel read_lens(const YamlGroup& group) {
+  const std::string lens{group.word("lens")};
+  if (lens == "fisheye") return LensModel::fisheye;
+  if (lens != "perspective") group.fail("has a 'lens' that is neither perspective nor fisheye.");
+  return LensModel::perspective;
+}
+
 CameraModel read_camera(const YamlGroup& root, const char* name) {
   const YamlGroup group{root.group(name, {"focal_u_px", "focal_v_px", "cx_px", "cy_px", "distortion", "lens"})};
   CameraModel camera{
       group.number("focal_u_px"), group.number("focal_v_px"), group.number("cx_px"), group.number("cy_px"), {}};
   if (group.has("distortion")) camera.distortion = group.numbers("distortion");
-  if (group.has("lens")) {
-    const std::string lens{group.word("lens")};
-    if (lens != "perspective" && lens != "fisheye") group.fail("has a 'lens' that is neither perspective nor fisheye.");
-    if (lens == "fisheye") camera.lens = LensModel::fisheye;
-  }
+  if (group.has("lens")) camera.lens = read_lens(group);
   check_camera(camera, group);
   return camera;
 }
@@ -53,7 +56,7 @@ void take_right_centre(Calibration& calibration, const YamlGroup& root) {
 
 /// A calibration that names another tool's file, and says what such a file cannot say.
 Calibration read_named(const YamlGroup& root, const std::filesystem::path& path, CalibrationRequest request) {
-  root.need_only({"from", "image", "images", "baseline_m", "cx_right_px", "mount", "mask"});
+  root.need_only({"from", "image", "images", "baseline_m", "cx_right_px", "lens", "rotate", "mount", "mask"});
   request.is_named = true;
   Rig stated;
   read_size(root, stated);
@@ -68,6 +71,7 @@ Calibration read_named(const YamlGroup& root, const std::filesystem::path& path,
       root.fail("has a word in 'images' that is neither raw nor rectified.");
     request.images_are_raw = images == "raw";
   }
+  if (root.has("lens")) request.lens = read_lens(root);
   if (root.has("baseline_m")) request.baseline_m = root.number("baseline_m");
   if (request.baseline_m && !(*request.baseline_m > 0)) root.fail("'baseline_m' is not positive.");
   std::vector<std::filesystem::path> files{root.file_names("from")};
@@ -78,6 +82,9 @@ Calibration read_named(const YamlGroup& root, const std::filesystem::path& path,
   if (request.images_are_raw && calibration.kind != "ROS camera_info") {
     root.fail("has 'images', but the file that it names leaves no choice: " + calibration.kind + ".", "Leave it out.");
   }
+  if (request.lens && !calibration.kind.starts_with("OpenCV")) {
+    root.fail("has 'lens', but the file that it names leaves no choice: " + calibration.kind + ".", "Leave it out.");
+  }
   if (request.baseline_m && calibration.kind.starts_with("KITTI")) {
     root.fail("has 'baseline_m', but KITTI's files are in metres.", "Leave it out.");
   }
@@ -87,7 +94,7 @@ Calibration read_named(const YamlGroup& root, const std::filesystem::path& path,
 
 Calibration read_whole(const YamlGroup& root, const CalibrationRequest& request) {
   root.need_only({"image", "mount", "focal_px", "cx_px", "cy_px", "cx_right_px", "baseline_m", "left", "right",
-                  "right_from_left", "mask"});
+                  "right_from_left", "rotate", "mask"});
   Calibration calibration;
   calibration.kind = "calibration.yaml";
   read_size(root, calibration.rig);
@@ -116,6 +123,11 @@ Calibration read_own_calibration(const YamlGroup& root, const std::filesystem::p
                                  const CalibrationRequest& request) {
   if (request.is_named) root.fail("is a calibration.yaml that another one names.", "Name another tool's file there.");
   Calibration calibration{root.has("from") ? read_named(root, path, request) : read_whole(root, request)};
+  if (root.has("rotate")) {
+    const double degrees{root.number("rotate")};
+    if (degrees != 0 && degrees != 180) root.fail("has a 'rotate' that is neither 0 nor 180.");
+    calibration.is_upside_down = degrees == 180;
+  }
   if (root.has("mask")) calibration.mask = path.parent_path() / root.file_name("mask");
   calibration.has_extrinsics = root.has("mount");
   if (!calibration.has_extrinsics) return calibration;

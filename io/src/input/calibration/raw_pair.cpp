@@ -154,6 +154,36 @@ void take_pair(Calibration& calibration, const CameraModel& left, const CameraMo
   take_rig_of_raw(calibration, origin, request);
 }
 
+namespace {
+
+/// Camera of the image turned by 180°.
+CameraModel turned(CameraModel camera, const Rig& size) {
+  camera.cx_px = size.width_px - 1 - camera.cx_px;
+  camera.cy_px = size.height_px - 1 - camera.cy_px;
+  if (camera.lens == LensModel::fisheye) return camera;
+  for (const std::size_t odd : {2U, 3U, 8U, 9U, 10U, 11U, 12U, 13U}) {  // p1 p2, s1 to s4, τx τy
+    if (odd < camera.distortion.size()) camera.distortion[odd] = -camera.distortion[odd];
+  }
+  return camera;
+}
+
+}  // namespace
+
+void turn_upside_down(Calibration& calibration, const Origin& origin) {
+  Rig& rig{calibration.rig};
+  rig.cx_px = rig.width_px - 1 - rig.cx_px;
+  rig.cy_px = rig.height_px - 1 - rig.cy_px;
+  if (!calibration.raw) return;
+  const RawPair raw{*calibration.raw};
+  calibration.raw->left = turned(raw.right, rig);
+  calibration.raw->right = turned(raw.left, rig);
+  const cv::Matx33d about_axis{-1, 0, 0, 0, -1, 0, 0, 0, 1};
+  const cv::Matx33d back{cv::Matx33d{raw.right_from_left_rotation.data()}.t()};
+  set_transform(*calibration.raw, about_axis * back * about_axis,
+                about_axis * back * -cv::Vec3d{raw.right_from_left_translation_m.data()});
+  take_rig_of_raw(calibration, origin, {rig.width_px, rig.height_px});
+}
+
 cv::Matx44d rigid_of(const std::vector<double>& numbers, const Origin& origin, const char* key) {
   std::vector<double> all{numbers};
   if (all.size() == 12) all.insert(all.end(), {0, 0, 0, 1});

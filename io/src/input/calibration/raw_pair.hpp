@@ -60,6 +60,9 @@ void fit_size(Calibration& calibration, const Origin& origin, const CalibrationR
 
 [[nodiscard]] cv::Matx44d inverse(const cv::Matx44d& rigid);
 
+/// The calibration of both images turned by 180° and exchanged. Width and height of the rig are set.
+void turn_upside_down(Calibration& calibration, const Origin& origin);
+
 /// Rectifying rotations of a raw pair, and the resulting camera.
 struct Rectification {
   Rig rig;  ///< the mount at its defaults

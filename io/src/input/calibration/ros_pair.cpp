@@ -27,7 +27,8 @@ struct DistortionModel {
 const std::vector<DistortionModel>& models() {
   static const std::vector<DistortionModel> all{{"plumb_bob", LensModel::perspective, {4, 5}},
                                                 {"rational_polynomial", LensModel::perspective, {8, 12, 14}},
-                                                {"equidistant", LensModel::fisheye, {4}}};
+                                                {"equidistant", LensModel::fisheye, {4}},
+                                                {"fisheye", LensModel::fisheye, {4}}};
   return all;
 }
 

@@ -11,6 +11,7 @@
 
 #include "input/poses/kitti_text.hpp"
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/npz.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
@@ -131,6 +132,60 @@ YAML::Node parse_assignments(const std::string& file, std::string_view text) {
     const Assignment found{assignment_of(file, i + 1, lines[i])};
     const std::string value{found.value};
     root.force_insert(std::string{found.key}, value.starts_with('[') ? list_of(value) : YAML::Node{value});
+  }
+  return root;
+}
+
+YAML::Node parse_matrix(const std::string& file, std::string_view text) {
+  std::string numbers{text};
+  std::ranges::replace_if(
+      numbers, [](char c) { return c == '\n' || c == '\r' || c == ','; }, ' ');
+  std::vector<double> k;
+  if (!parse_numbers(numbers, k) || k.empty()) throw InputError{file, "holds no numbers.", see_documentation};
+  YAML::Node root{YAML::NodeType::Map};
+  constexpr std::size_t with_baseline{10};
+  const bool is_camera{k.size() == with_baseline && k[1] == 0 && k[3] == 0 && k[6] == 0 && k[7] == 0 && k[8] == 1};
+  if (!is_camera) {
+    root["K"] = list_of(numbers);
+    return root;
+  }
+  const auto add{[&](const char* key, double number) { root[key] = fmt::format("{}", number); }};
+  add("fx", k[0]);
+  add("fy", k[4]);
+  add("cx", k[2]);
+  add("cy", k[5]);
+  add("baseline", k[9]);
+  return root;
+}
+
+namespace {
+
+/// A scalar, a list, or a list of rows.
+YAML::Node list_of(const NpyArray& array) {
+  const std::vector<double> numbers{array.to<double>()};
+  if (array.shape.empty() && numbers.size() == 1) return YAML::Node{fmt::format("{}", numbers[0])};
+  YAML::Node list{YAML::NodeType::Sequence};
+  if (array.shape.size() != 2) {
+    for (const double number : numbers) list.push_back(fmt::format("{}", number));
+    return list;
+  }
+  for (std::size_t row{0}; row < array.shape[0]; ++row) {
+    YAML::Node columns{YAML::NodeType::Sequence};
+    for (std::size_t i{0}; i < array.shape[1]; ++i) {
+      columns.push_back(fmt::format("{}", numbers[row * array.shape[1] + i]));
+    }
+    list.push_back(columns);
+  }
+  return list;
+}
+
+}  // namespace
+
+YAML::Node parse_npz(const std::filesystem::path& path) {
+  constexpr std::size_t most_elements{100};  // larger arrays are maps or images
+  YAML::Node root{YAML::NodeType::Map};
+  for (const auto& [name, array] : read_npz(path)) {
+    root.force_insert(name, array.size() <= most_elements ? list_of(array) : YAML::Node{"array"});
   }
   return root;
 }

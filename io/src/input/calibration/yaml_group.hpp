@@ -123,6 +123,13 @@ inline std::string error_text_of(const YAML::Exception& error) {
 /// key=value or key=[numbers; numbers], as Middlebury's calib.txt.
 [[nodiscard]] YAML::Node parse_assignments(const std::string& file, std::string_view text);
 
+/// Numbers alone: a matrix as key 'K'; nine of a camera matrix and a baseline, as FoundationStereo's K.txt: fx fy cx cy
+/// baseline.
+[[nodiscard]] YAML::Node parse_matrix(const std::string& file, std::string_view text);
+
+/// Arrays of an .npz as lists, those of rows as lists of rows.
+[[nodiscard]] YAML::Node parse_npz(const std::filesystem::path& path);
+
 /// ost.txt of camera_calibration: key 'cameras' with a group of camera_info's keys for each camera.
 [[nodiscard]] YAML::Node parse_ost(const std::string& file, std::string_view text);
 

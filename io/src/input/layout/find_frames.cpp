@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cstdlib>
+#include <map>
 #include <set>
 
 #include "input/layout/input_layout.hpp"
@@ -21,7 +22,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::set<std::string> disparity_extensions{".png", ".pfm", ".tif", ".tiff", ".npy"};
+const std::set<std::string> disparity_extensions{".png", ".pfm", ".tif", ".tiff", ".npy", ".npz"};
+
+std::string lowercase(std::string text) {
+  std::ranges::transform(text, text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
 
 /// A line of frames.txt: a frame's name, or the name of its image.
 std::string name_in(std::string_view line, const Images& left, const Images& right) {
@@ -74,9 +80,35 @@ struct Sides {
   [[nodiscard]] const Side& second() const { return disparities.folder.empty() ? right : disparities; }
 };
 
+struct OtherFormat {
+  const char* extension;
+  const char* name;
+};
+constexpr OtherFormat other_formats[]{{".jp2", "JPEG 2000"},   {".j2k", "JPEG 2000"},  {".jpx", "JPEG 2000"},
+                                      {".avif", "AVIF"},       {".heic", "HEIC"},      {".heif", "HEIC"},
+                                      {".jxl", "JPEG XL"},     {".exr", "OpenEXR"},    {".hdr", "Radiance HDR"},
+                                      {".gif", "GIF"},         {".dng", "raw images"}, {".raw", "raw samples"},
+                                      {".bin", "raw samples"}, {".mat", "MATLAB"},     {".pkl", "Python's pickle"}};
+
+/// "12 files .jp2 (JPEG 2000)"; empty: none of the formats that people bring.
+std::string other_images_in(const fs::path& folder) {
+  const std::vector<fs::path> entries{entries_of(folder)};
+  for (const auto& [extension, name] : other_formats) {
+    const auto count{std::ranges::count_if(
+        entries, [&](const fs::path& entry) { return lowercase(entry.extension().string()) == extension; })};
+    if (count > 0) return fmt::format("{} files {} ({})", count, extension, name);
+  }
+  return {};
+}
+
 Side side_of(const fs::path& folder, const std::set<std::string>& extensions, const char* mend) {
   Side side{folder, images_in(folder, extensions)};
-  if (side.images.empty()) throw InputError{printable_path(folder), "holds no images.", mend};
+  if (side.images.empty()) {
+    const std::string others{other_images_in(folder)};
+    throw InputError{printable_path(folder),
+                     others.empty() ? "holds no images." : "holds no images that are read, but " + others + ".",
+                     others.empty() ? mend : "Convert them to PNG, or depth and disparities to NPY or TIFF of floats."};
+  }
   return side;
 }
 
@@ -99,16 +131,46 @@ void pair_by_stamps(const Images& left, Images& second, std::int64_t farthest_ns
       !std::ranges::all_of(second, is_stamp)) {
     return;
   }
+  std::vector<double> stamps;
+  for (const auto& image : left) stamps.push_back(static_cast<double>(*stamp_in(image.first)));
+  const StampUnit unit{stamp_unit(stamps, stamp_units.front(), printable_path(left.begin()->second.parent_path()))};
   Images paired;
   for (const auto& image : left) {
-    const std::int64_t stamp_ns{*stamp_in(image.first)};
-    const auto away{[&](const auto& other) { return std::abs(*stamp_in(other.first) - stamp_ns); }};
+    const std::int64_t stamp{*stamp_in(image.first)};
+    const auto away{[&](const auto& other) { return std::abs(*stamp_in(other.first) - stamp); }};
     const auto nearest{std::ranges::min_element(second, {}, away)};
-    if (nearest == second.end() || away(*nearest) > farthest_ns) continue;
+    if (nearest == second.end() || away(*nearest) > farthest_ns / unit.ns) continue;
     paired.emplace(image.first, nearest->second);
     second.erase(nearest);
   }
   second = std::move(paired);
+}
+
+/// Disparities or depth whose names have a word more than those of their images (000000_left_depth), or another one
+/// (rgb_0000, distance_to_image_plane_0000).
+void pair_by_words(const Images& left, Images& second) {
+  if (std::ranges::any_of(left, [&](const auto& image) { return second.contains(image.first); })) return;
+  constexpr std::string_view of_second[]{"depth_image",        "depthimage", "depth_meter", "distance_to_image_plane",
+                                         "distance_to_camera", "depth",      "disparity",   "disp"};
+  constexpr std::string_view of_left[]{"", "rgb", "color", "colour", "image", "img", "left"};
+  for (const std::string_view second_word : of_second) {
+    std::map<std::string, fs::path> rests;
+    for (const auto& image : second) {
+      if (auto rest{without_word(image.first, second_word)}) rests.emplace(*rest, image.second);
+    }
+    for (const std::string_view left_word : of_left) {
+      Images paired;
+      for (const auto& image : left) {
+        const auto rest{left_word.empty() ? std::optional{lowercase(image.first)}
+                                          : without_word(image.first, left_word)};
+        const auto found{rest ? rests.find(*rest) : rests.end()};
+        if (found != rests.end()) paired.emplace(image.first, found->second);
+      }
+      if (paired.empty()) continue;
+      second = std::move(paired);
+      return;
+    }
+  }
 }
 
 /// The only image and its disparities (im0.png, disp0.pfm; disp1.pfm is the right one's).
@@ -139,6 +201,7 @@ Sides sides_of(const InputLayout& layout) {
   sides.disparities = side_of(layout.disparities, is_one_folder ? std::set<std::string>{".pfm"} : disparity_extensions,
                               "Disparities as PNG, PFM, TIFF or NPY belong there, one per left image.");
   if (is_one_folder) pair_single(sides.left.images, sides.disparities.images);
+  pair_by_words(sides.left.images, sides.disparities.images);
   pair_by_stamps(sides.left.images, sides.disparities.images, farthest_depth_ns);
   // the drive's lines of poses and stamps belong to the frames of either camera
   if (layout.with_right) {
@@ -210,8 +273,7 @@ void check_length(const fs::path& file, const std::string& name) {
 Images images_in(const fs::path& folder, const std::set<std::string>& extensions) {
   Images images;
   for (const fs::path& entry : entries_of(folder)) {
-    std::string extension{entry.extension().string()};
-    std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
+    const std::string extension{lowercase(entry.extension().string())};
     const std::string stem{entry.stem().string()};
     if (!extensions.contains(extension) || stem.starts_with('.')) continue;
     const std::string name{frame_name(stem)};

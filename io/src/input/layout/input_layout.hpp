@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cctype>
 #include <filesystem>
 #include <map>
@@ -39,6 +40,9 @@ struct InputLayout {
 /// right images. Throws InputError: nothing there, or nothing that is known.
 [[nodiscard]] InputLayout recognise(const std::vector<std::filesystem::path>& paths,
                                     const std::optional<std::filesystem::path>& disparities);
+
+/// Numbers of the pair's cameras in a Kalibr file, by the names of their folders (cam0, cam2), ascending; else 0 and 1.
+[[nodiscard]] std::array<int, 2> camera_numbers(const InputLayout& layout);
 
 /// Depth, not disparities, by the folder's name.
 [[nodiscard]] bool is_depth_folder(const std::filesystem::path& folder);

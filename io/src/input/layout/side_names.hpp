@@ -18,7 +18,7 @@ struct SideWords {
 };
 
 // The first that fits: cam1 is the right camera beside cam0, and the left one beside cam2.
-inline constexpr std::array<SideWords, 26> all_side_words{{{"left", "right"},
+inline constexpr std::array<SideWords, 27> all_side_words{{{"left", "right"},
                                                            {"cam0", "cam1"},
                                                            {"cam_0", "cam_1"},
                                                            {"camera0", "camera1"},
@@ -43,7 +43,8 @@ inline constexpr std::array<SideWords, 26> all_side_words{{{"left", "right"},
                                                            {"cameral", "camerar"},
                                                            {"imgl", "imgr"},
                                                            {"imagel", "imager"},
-                                                           {"cam_b", "cam_c"}}};
+                                                           {"cam_b", "cam_c"},
+                                                           {"cam0", "cam2"}}};
 // For folders only: numbers in names of images count frames.
 inline constexpr SideWords numbered_folders{"0", "1"};
 

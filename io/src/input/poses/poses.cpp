@@ -12,6 +12,7 @@
 #include <set>
 
 #include "input/poses/kitti_text.hpp"
+#include "input/poses/recording_poses.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/paths.hpp"
@@ -155,17 +156,12 @@ std::optional<PoseChoice> find_poses(const fs::path& folder) {
     if (name.starts_with("poses") && name.ends_with(".txt") && !listed) others.push_back(entry);
   }
   found.insert(found.end(), others.begin(), others.end());
-  for (const char* const name : {"groundtruth.txt", "trajectory.txt", "CameraTrajectory.txt"}) {
-    if (is_file(folder / name) && is_tum_trajectory(folder / name)) found.push_back(folder / name);
+  for (const char* const name :
+       {"groundtruth.txt", "trajectory.txt", "CameraTrajectory.txt", "pose_left.txt", "airsim_rec.txt"}) {
+    if (is_file(folder / name) && is_trajectory(folder / name)) found.push_back(folder / name);
   }
   if (found.empty()) return std::nullopt;
   return PoseChoice{found.front(), {found.begin() + 1, found.end()}};
-}
-
-namespace {
-
-double seconds(std::int64_t ns) {
-  return static_cast<double>(ns) * 1e-9;
 }
 
 std::int64_t usual_interval_ns(std::span<const StampedPose> poses) {
@@ -174,6 +170,12 @@ std::int64_t usual_interval_ns(std::span<const StampedPose> poses) {
   const auto middle{intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2)};
   std::nth_element(intervals.begin(), middle, intervals.end());
   return *middle;
+}
+
+namespace {
+
+double seconds(std::int64_t ns) {
+  return static_cast<double>(ns) * 1e-9;
 }
 
 /// On the line through both; `share` of the way from a to b, also before a and behind b.

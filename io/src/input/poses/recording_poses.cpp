@@ -5,10 +5,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <iterator>
 #include <limits>
 #include <map>
 
+#include "input/calibration/yaml_group.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"
@@ -44,15 +46,42 @@ std::int64_t longest_bridged_ns(const std::vector<StampedPose>& poses) {
   return std::max(least_ns, 3 * std::min(*middle, std::numeric_limits<std::int64_t>::max() / 3));
 }
 
+/// Images before the first and after the last pose get none where they are fewer than half, with a warning.
+void apply_poses_within(RecordingContents& contents, const fs::path& source, const std::vector<StampedPose>& poses) {
+  std::vector<RecordedFrame*> within;
+  if (poses.size() >= 2) {
+    const std::int64_t reach_ns{usual_interval_ns(poses)};
+    for (RecordedFrame& frame : contents.frames) {
+      if (frame.stamp_ns < poses.front().stamp_ns - reach_ns || frame.stamp_ns > poses.back().stamp_ns + reach_ns)
+        continue;
+      within.push_back(&frame);
+    }
+  }
+  const std::size_t outside{contents.frames.size() - within.size()};
+  if (outside == 0 || 2 * outside >= contents.frames.size()) {
+    return take_poses(contents, interpolate_poses(source, poses, stamps_of(contents)));
+  }
+  std::vector<std::int64_t> stamps;
+  for (const RecordedFrame* frame : within) stamps.push_back(frame->stamp_ns);
+  const std::vector<Pose2> found{interpolate_poses(source, poses, stamps)};
+  for (std::size_t i{0}; i < within.size(); ++i) within[i]->world_from_vehicle = found[i];
+  contents.warnings.push_back(
+      fmt::format("{}: {} of {} images have no pose: they are from before the first or after the "
+                  "last one. Poses of all images give better grids.",
+                  printable_path(source), outside, contents.frames.size()));
+}
+
 /// Gives each image its pose between two of `poses`; images in long gaps get none, and are counted in a warning.
-void take_interpolated(RecordingContents& contents, const fs::path& source, const std::vector<StampedPose>& poses) {
-  take_poses(contents, interpolate_poses(source, poses, stamps_of(contents)));
+void apply_interpolated(RecordingContents& contents, const fs::path& source, const std::vector<StampedPose>& poses) {
+  apply_poses_within(contents, source, poses);
   const std::int64_t longest_ns{longest_bridged_ns(poses)};
   std::size_t count{0};
   std::int64_t longest_gap_ns{0};
   for (RecordedFrame& frame : contents.frames) {
     const auto after{std::ranges::lower_bound(poses, frame.stamp_ns, {}, &StampedPose::stamp_ns)};
-    if (after == poses.begin() || after == poses.end() || after->stamp_ns == frame.stamp_ns) continue;
+    if (!frame.world_from_vehicle || after == poses.begin() || after == poses.end() ||
+        after->stamp_ns == frame.stamp_ns)
+      continue;
     const std::int64_t gap_ns{after->stamp_ns - std::prev(after)->stamp_ns};
     if (gap_ns <= longest_ns) continue;
     frame.world_from_vehicle.reset();
@@ -73,9 +102,13 @@ void take_stamped_poses(RecordingContents& contents, const fs::path& file, const
     throw InputError{printable_path(file), "its poses have stamps and no names, but the images have no stamps.",
                      "Add a times.txt with the images' times (s), or a column 'name' that says whose the poses are."};
   }
+  std::vector<double> stamps;
+  for (const NamedPose& row : rows) stamps.push_back(static_cast<double>(row.stamp_ns));
+  const StampUnit unit{stamp_unit(stamps, stamp_units.front(), printable_path(file))};
+  if (!unit.note.empty()) contents.notes.push_back(printable_path(file) + ": " + unit.note);
   std::vector<StampedPose> poses;
-  for (const NamedPose& row : rows) poses.push_back({row.stamp_ns, row.world_from_vehicle});
-  take_interpolated(contents, file, poses);
+  for (const NamedPose& row : rows) poses.push_back({row.stamp_ns * unit.ns, row.world_from_vehicle});
+  apply_interpolated(contents, file, poses);
   contents.notes.push_back(fmt::format("poses: {}, interpolated to the times of the images", printable_path(file)));
 }
 
@@ -111,7 +144,7 @@ void take_oxts(RecordingContents& contents, const fs::path& folder, const fs::pa
     for (std::size_t i{0}; i < times.names.size(); ++i) {
       stamped.push_back({times.stamps_ns[i], poses.world_from_vehicle[i]});
     }
-    take_interpolated(contents, folder, stamped);
+    apply_interpolated(contents, folder, stamped);
   } else {
     take_poses(contents, poses.world_from_vehicle);
   }
@@ -122,29 +155,73 @@ void take_oxts(RecordingContents& contents, const fs::path& folder, const fs::pa
                                                          "calib_velo_to_cam.txt or calib_cam_to_cam.txt is missing"));
 }
 
-/// Poses of TUM's format have stamps: interpolated where the images have some, else a line belongs to each image.
-void take_tum_poses(RecordingContents& contents, const fs::path& file, bool stamps_known) {
-  const auto [poses, are_of_body]{read_tum_poses(file)};
-  if (are_of_body) {
+/// T_BS of the left camera of a EuRoC folder; none: not there.
+std::optional<Transform> body_from_camera(const InputLayout& layout) {
+  const fs::path file{layout.left.parent_path() / "sensor.yaml"};
+  if (layout.kind != InputKind::euroc || !is_file(file)) return std::nullopt;
+  const YamlGroup sensor{read_yaml(file)};
+  const std::vector<double> numbers{sensor.matrix("T_BS", 4, 4)};
+  Transform transform{};
+  std::copy_n(numbers.begin(), transform.size(), transform.begin());
+  return transform;
+}
+
+/// Poses with the numbers of their frames: those of images that have none stay empty, and are counted in a warning.
+void apply_numbered(RecordingContents& contents, const fs::path& file, const Trajectory& trajectory) {
+  std::map<std::int64_t, Pose2> poses;
+  for (std::size_t i{0}; i < trajectory.frames.size(); ++i) {
+    poses[trajectory.frames[i]] = trajectory.poses[i].world_from_vehicle;
+  }
+  std::size_t missing{0};
+  for (RecordedFrame& frame : contents.frames) {
+    std::int64_t number{-1};
+    std::from_chars(frame.name.data(), frame.name.data() + frame.name.size(), number);
+    const auto found{poses.find(number)};
+    if (found == poses.end()) {
+      ++missing;
+    } else {
+      frame.world_from_vehicle = found->second;
+    }
+  }
+  if (missing == contents.frames.size()) {
+    throw InputError{printable_path(file), "has no pose for any of the frames.", "Name the poses of this drive."};
+  }
+  if (missing > 0) {
+    contents.warnings.push_back(
+        fmt::format("{}: {} of {} images have no pose", printable_path(file), missing, contents.frames.size()));
+  }
+  contents.notes.push_back("poses: " + printable_path(file));
+}
+
+/// Poses with stamps are interpolated where the images have some, too, else a line belongs to each image.
+void apply_trajectory(RecordingContents& contents, const InputLayout& layout, const fs::path& file, bool stamps_known) {
+  const Trajectory trajectory{read_trajectory(file, body_from_camera(layout))};
+  const std::vector<StampedPose>& poses{trajectory.poses};
+  if (!trajectory.note.empty()) contents.notes.push_back(printable_path(file) + ": " + trajectory.note);
+  if (trajectory.are_of_body) {
     contents.notes.emplace_back(
         "poses: taken as a body's, x ahead and z up, since they move along x; a camera's have z ahead");
   }
-  if (stamps_known) {
-    take_interpolated(contents, file, poses);
+  if (!trajectory.frames.empty()) return apply_numbered(contents, file, trajectory);
+  const bool is_single{poses.size() == 1 && contents.frames.size() == 1};
+  if (stamps_known && trajectory.have_stamps && !is_single) {
+    apply_interpolated(contents, file, poses);
     contents.notes.push_back(fmt::format("poses: {}, interpolated to the times of the images", printable_path(file)));
     return;
   }
   if (poses.size() != contents.frames.size()) {
     throw InputError{printable_path(file),
-                     fmt::format("has {} poses with stamps, but the {} images have no stamps.", poses.size(),
-                                 contents.frames.size()),
+                     fmt::format("has {} poses{}, but the {} images have {}.", poses.size(),
+                                 trajectory.have_stamps ? " with stamps" : "", contents.frames.size(),
+                                 trajectory.have_stamps ? "no stamps" : "to have one each"),
                      "Add a times.txt with the images' times (s), or give a pose for each image."};
   }
   for (std::size_t i{0}; i < poses.size(); ++i) {
-    contents.frames[i].stamp_ns = poses[i].stamp_ns;
+    if (trajectory.have_stamps && !stamps_known) contents.frames[i].stamp_ns = poses[i].stamp_ns;
     contents.frames[i].world_from_vehicle = poses[i].world_from_vehicle;
   }
-  contents.notes.push_back(fmt::format("poses: {}, and the images' stamps, in their order", printable_path(file)));
+  contents.notes.push_back(fmt::format("poses: {}{}, in their order", printable_path(file),
+                                       trajectory.have_stamps && !stamps_known ? ", and the images' stamps" : ""));
 }
 
 /// The file or oxts folder of poses; empty: none. Notes ignored ones.
@@ -161,6 +238,8 @@ fs::path choose_poses(RecordingContents& contents, const InputLayout& layout, co
   if (is_folder(layout.root / "oxts" / "data")) return layout.root / "oxts" / "data";
   // as KITTI's odometry benchmark is unpacked: sequences/04 and poses/04.txt
   const fs::path root{fs::absolute(layout.root / "").lexically_normal().parent_path()};
+  const fs::path kitti_360{root.parent_path().parent_path() / "data_poses" / root.filename() / "cam0_to_world.txt"};
+  if (layout.kind == InputKind::kitti_raw && is_file(kitti_360)) return kitti_360;
   const fs::path benchmark{root.parent_path().parent_path() / "poses" / (root.filename().string() + ".txt")};
   const bool there{layout.kind == InputKind::kitti_odometry && is_file(benchmark)};
   return there ? benchmark : fs::path{};
@@ -196,19 +275,19 @@ void find_poses_of(RecordingContents& contents, const InputLayout& layout, const
     const fs::path& calibration{layout.calibration.empty() ? contents.calibration_file : layout.calibration};
     return take_oxts(contents, file, calibration.parent_path(), stamps_known);
   }
+  if (is_trajectory(file)) return apply_trajectory(contents, layout, file, stamps_known);
   if (file.extension() == ".csv") {
     const std::vector<NamedPose> rows{read_poses_csv(file)};
     const bool named{rows.empty() || are_named(rows)};
     return named ? take_named_poses(contents, file, rows) : take_stamped_poses(contents, file, rows, stamps_known);
   }
-  if (is_tum_trajectory(file)) return take_tum_poses(contents, file, stamps_known);
   take_poses(contents, read_kitti_poses(file, contents.frames.size()));
   contents.notes.push_back("poses: " + printable_path(file));
 }
 
 void take_own_poses(RecordingContents& contents, const fs::path& file, const std::vector<StampedPose>& poses) {
   contents.poses_file = file;
-  take_interpolated(contents, file.string() + ", " + contents.poses_source, poses);
+  apply_interpolated(contents, file.string() + ", " + contents.poses_source, poses);
   contents.notes.push_back(fmt::format("poses: {}, interpolated to the times of the images", contents.poses_source));
 }
 

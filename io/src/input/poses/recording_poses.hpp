@@ -2,10 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -28,15 +30,37 @@ void find_poses_of(RecordingContents& contents, const InputLayout& layout, const
 void take_own_poses(RecordingContents& contents, const std::filesystem::path& file,
                     const std::vector<StampedPose>& poses);
 
-/// Warns of stamps that come more seldom or more often than those of any camera: they are in another unit.
-void warn_of_rate(RecordingContents& contents, const std::filesystem::path& file);
+/// Unit of stamps.
+struct StampUnit {
+  std::int64_t ns{1};
+  const char* name{"nanoseconds"};
+  std::string note{};     ///< another unit than the nominal one; empty: nothing to say
+  std::string warning{};  ///< frames come more seldom than 0.1 Hz; empty: they do not
+};
+inline const std::array<StampUnit, 4> stamp_units{
+    {{1, "nanoseconds"}, {1000, "microseconds"}, {1'000'000, "milliseconds"}, {1'000'000'000, "seconds"}}};
+
+/// The nominal unit where frames come at 0.1 to 1000 Hz, else the one of the four with a usual rate (0.5 to 250 Hz).
+/// `stamps`: in their unit, growing. Throws InputError: faster than 1000 Hz, or beyond largest_stamp_ns, in every unit.
+[[nodiscard]] StampUnit stamp_unit(std::span<const double> stamps, const StampUnit& nominal, const std::string& source);
+
+/// Brings the frames' stamps to nanoseconds, and notes another unit. Throws as stamp_unit().
+void settle_stamps(RecordingContents& contents, const std::filesystem::path& file);
 
 /// Gives each frame its stamp. False: the images have no stamps, some are assumed.
 bool find_stamps(RecordingContents& contents, const InputLayout& layout, const std::string& poses);
 
-/// KITTI odometry's times.txt: seconds, a line per frame. Throws InputError: no number, not `expected` of them, not
-/// increasing.
-[[nodiscard]] std::vector<std::int64_t> read_times(const std::filesystem::path& path, std::size_t expected);
+/// Median of the intervals. `poses`: two at least.
+[[nodiscard]] std::int64_t usual_interval_ns(std::span<const StampedPose> poses);
+
+struct Times {
+  std::vector<std::int64_t> stamps_ns;
+  std::string note;  ///< as StampUnit::note
+};
+
+/// KITTI odometry's times.txt: seconds, or the unit of stamp_unit(), a line per frame. Throws InputError: no number,
+/// not `expected` of them, not increasing.
+[[nodiscard]] Times read_times(const std::filesystem::path& path, std::size_t expected);
 
 /// KITTI raw's timestamps.txt: "2011-09-26 13:02:25.964389445" a line, as nanoseconds since 1970. Throws InputError:
 /// not understood, not increasing; `mend` says what to do then.
@@ -44,7 +68,8 @@ extern const char* const without_stamps;
 [[nodiscard]] std::vector<std::int64_t> read_timestamps(const std::filesystem::path& path,
                                                         const char* mend = without_stamps);
 
-/// The stamp in a frame's name: 16 to 19 digits are nanoseconds, 1305031102.175304 seconds since 1970.
+/// The stamp in a frame's name, behind its last _ or -, in the unit of stamp_unit() with nominal nanoseconds: 13
+/// digits, 16 to 19 digits, or 1305031102.175304, whose seconds become nanoseconds.
 [[nodiscard]] std::optional<std::int64_t> stamp_in(std::string_view name);
 
 /// data.csv of a EuRoC (ASL) folder: stamps (ns) by the images' names without extension.

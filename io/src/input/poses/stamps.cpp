@@ -60,25 +60,79 @@ std::optional<std::int64_t> parse_timestamp(std::string_view text) {
 
 }  // namespace
 
-std::vector<std::int64_t> read_times(const std::filesystem::path& path, std::size_t expected) {
+StampUnit stamp_unit(std::span<const double> stamps, const StampUnit& nominal, const std::string& source) {
+  constexpr double slowest_hz{0.1};
+  constexpr double fastest_hz{1000};
+  // Usual rates span less than a factor of 1000: at most one unit gives one of them.
+  constexpr double usual_slowest_hz{0.5};
+  constexpr double usual_fastest_hz{250};
+  constexpr double counted{1.5};  // ns
+  std::vector<double> steps;
+  double largest{0};
+  for (std::size_t i{0}; i < stamps.size(); ++i) {
+    if (i > 0) steps.push_back(stamps[i] - stamps[i - 1]);
+    largest = std::max(largest, std::abs(stamps[i]));
+  }
+  const auto middle{steps.begin() + static_cast<std::ptrdiff_t>(steps.empty() ? 0 : (steps.size() - 1) / 2)};
+  std::ranges::nth_element(steps, middle);
+  const double step{steps.empty() ? 0 : *middle};
+  const auto rate_hz{[step](const StampUnit& unit) { return 1e9 / (step * static_cast<double>(unit.ns)); }};
+  const auto is_in_range{[largest](const StampUnit& unit) {
+    return largest * static_cast<double>(unit.ns) <= static_cast<double>(largest_stamp_ns);
+  }};
+  StampUnit chosen{nominal};
+  if (!(step > 0) && is_in_range(nominal)) return chosen;  // one frame, or an order that the caller rejects
+  if (is_in_range(nominal) && rate_hz(nominal) >= slowest_hz && rate_hz(nominal) <= fastest_hz) return chosen;
+  if (is_in_range(nominal) && step * static_cast<double>(nominal.ns) < counted) {
+    chosen.note = "stamps: a nanosecond apart, as if frames had been counted; times and speeds mean nothing";
+    return chosen;
+  }
+  for (const StampUnit& unit : stamp_units) {
+    if (!is_in_range(unit) || rate_hz(unit) < usual_slowest_hz || rate_hz(unit) > usual_fastest_hz) continue;
+    chosen = unit;
+    chosen.note = fmt::format("stamps: taken as {}, in which frames come at {:.4g} Hz; {} would be {:.3g} Hz",
+                              unit.name, rate_hz(unit), nominal.name, rate_hz(nominal));
+    return chosen;
+  }
+  const std::string finding{
+      is_in_range(nominal)
+          ? fmt::format("stamps are {:.3g} {} apart, {:.3g} Hz (allowed up to 1000 Hz), and no other unit gives a "
+                        "camera's rate.",
+                        step, nominal.name, rate_hz(nominal))
+          : fmt::format("a stamp of {:.4g} {} lies beyond the year 2096, and no other unit gives a camera's rate.",
+                        largest, nominal.name)};
+  if (!is_in_range(nominal) || rate_hz(nominal) > fastest_hz) {
+    throw InputError{source, finding, "Stamps are seconds in times.txt, nanoseconds in poses.csv and in names."};
+  }
+  chosen.warning = fmt::format(
+      "{}: frames come at {:.3g} Hz, as hardly any camera's do. Stamps are seconds in times.txt, nanoseconds "
+      "in poses.csv.",
+      source, rate_hz(nominal));
+  return chosen;
+}
+
+Times read_times(const std::filesystem::path& path, std::size_t expected) {
   const std::string text{read_text(path, largest_bytes::lines)};
-  std::vector<std::int64_t> stamps;
+  std::vector<double> times;
   std::vector<double> numbers;
   for (const std::string_view line : lines_of(text)) {
     const bool understood{parse_numbers(line, numbers)};
     if (understood && numbers.empty()) continue;
-    if (!understood || numbers.size() != 1 || !(std::abs(numbers[0]) < 4e9)) {
-      fail(path, stamps.size() + 1, "is not a number of seconds.", without_stamps);
+    if (!understood || numbers.size() != 1 || !(std::abs(numbers[0]) <= static_cast<double>(largest_stamp_ns))) {
+      fail(path, times.size() + 1, "is not a number of seconds.", without_stamps);
     }
-    stamps.push_back(std::llround(numbers[0] * 1e9));
+    times.push_back(numbers[0]);
   }
-  if (stamps.size() != expected) {
+  if (times.size() != expected) {
     throw InputError{printable_path(path),
-                     fmt::format("has {} times, but there are {} frames.", stamps.size(), expected),
+                     fmt::format("has {} times, but there are {} frames.", times.size(), expected),
                      "There has to be a line per frame (frames.txt says which frames the lines belong to)."};
   }
-  check_growing(path, stamps, without_stamps);
-  return stamps;
+  const StampUnit unit{stamp_unit(times, stamp_units.back(), printable_path(path))};
+  Times read{{}, unit.note};
+  for (const double time : times) read.stamps_ns.push_back(std::llround(time * static_cast<double>(unit.ns)));
+  check_growing(path, read.stamps_ns, without_stamps);
+  return read;
 }
 
 std::vector<std::int64_t> read_timestamps(const std::filesystem::path& path, const char* mend) {
@@ -95,7 +149,9 @@ std::vector<std::int64_t> read_timestamps(const std::filesystem::path& path, con
 }
 
 std::optional<std::int64_t> stamp_in(std::string_view name) {
+  name.remove_prefix(name.find_last_of("_-") + 1);  // 0 where there is none
   constexpr std::string_view digits_only{"0123456789"};
+  constexpr std::size_t milliseconds{13};  // since 1970, of this century; numbers with leading zeros count frames
   const std::size_t dot{name.find('.')};
   std::string digits{name.substr(0, dot)};
   if (dot != std::string_view::npos) {
@@ -104,12 +160,14 @@ std::optional<std::int64_t> stamp_in(std::string_view name) {
     fraction.resize(9, '0');
     digits += fraction;
   }
-  if (digits.size() < 16 || digits.size() > 19 || digits.find_first_not_of(digits_only) != std::string::npos) {
+  const bool is_long{digits.size() >= 16 && digits.size() <= 19};
+  const bool is_of_milliseconds{digits.size() == milliseconds && digits[0] != '0'};
+  if (!(is_long || is_of_milliseconds) || digits.find_first_not_of(digits_only) != std::string::npos) {
     return std::nullopt;
   }
-  std::int64_t stamp_ns{0};
-  const auto [end, error]{std::from_chars(digits.data(), digits.data() + digits.size(), stamp_ns)};
-  return error == std::errc{} && stamp_ns <= largest_stamp_ns ? std::optional{stamp_ns} : std::nullopt;
+  std::int64_t stamp{0};
+  const auto [end, error]{std::from_chars(digits.data(), digits.data() + digits.size(), stamp)};
+  return error == std::errc{} && stamp <= largest_stamp_ns ? std::optional{stamp} : std::nullopt;
 }
 
 std::map<std::string, std::int64_t> read_euroc_stamps(const std::filesystem::path& path) {
@@ -206,54 +264,39 @@ void check_stamps_grow(const RecordingContents& contents, const fs::path& file) 
 
 }  // namespace
 
-void warn_of_rate(RecordingContents& contents, const fs::path& file) {
-  constexpr double slowest_hz{0.1};
-  constexpr double fastest_hz{1000};
-  constexpr double counted_s{1.5e-9};
-  std::vector<double> steps_s;
-  for (std::size_t i{1}; i < contents.frames.size(); ++i) {
-    const auto stamp_ns = [&](std::size_t frame) { return static_cast<double>(contents.frames[frame].stamp_ns); };
-    steps_s.push_back((stamp_ns(i) - stamp_ns(i - 1)) * 1e-9);
-  }
-  if (steps_s.empty()) return;
-  const auto middle = steps_s.begin() + static_cast<std::ptrdiff_t>((steps_s.size() - 1) / 2);
-  std::ranges::nth_element(steps_s, middle);
-  if (*middle < counted_s) {
-    contents.notes.push_back(
-        "stamps: a nanosecond apart, as if frames had been counted; times and speeds mean nothing");
-    return;
-  }
-  if (*middle >= 1 / fastest_hz && *middle <= 1 / slowest_hz) return;
-  contents.warnings.push_back(fmt::format(
-      "{}: frames come at {:.3g} Hz, as hardly any camera's do. Stamps are seconds in times.txt, nanoseconds "
-      "in poses.csv.",
-      printable_path(file), 1 / *middle));
+void settle_stamps(RecordingContents& contents, const fs::path& file) {
+  std::vector<double> stamps;
+  for (const RecordedFrame& frame : contents.frames) stamps.push_back(static_cast<double>(frame.stamp_ns));
+  const StampUnit unit{stamp_unit(stamps, stamp_units.front(), printable_path(file))};
+  for (RecordedFrame& frame : contents.frames) frame.stamp_ns *= unit.ns;
+  if (!unit.note.empty()) contents.notes.push_back(unit.note);
+  if (!unit.warning.empty()) contents.warnings.push_back(unit.warning);
 }
 
 bool find_stamps(RecordingContents& contents, const InputLayout& layout, const std::string& poses) {
   const fs::path file{stamps_file(layout, poses)};
   bool known{!file.empty()};
   if (file.filename() == "times.txt") {
-    take_stamps(contents, read_times(file, contents.frames.size()));
+    const Times times{read_times(file, contents.frames.size())};
+    take_stamps(contents, times.stamps_ns);
+    if (!times.note.empty()) contents.notes.push_back(times.note);
   } else if (file.filename() == "timestamps.txt") {
     known = take_numbered_stamps(contents, read_timestamps(file));
   } else if (known) {
     known = take_stamps(contents, read_poses_csv(file));
   }
-  if (!known && take_own_stamps(contents, layout)) {
-    check_stamps_grow(contents, layout.left);
-    return true;
-  }
-  if (!known) {
+  if (known) {
+    contents.notes.push_back("stamps: " + printable_path(file));
+  } else if (!take_own_stamps(contents, layout)) {
     for (std::size_t i{0}; i < contents.frames.size(); ++i) {
       contents.frames[i].stamp_ns = static_cast<std::int64_t>(i) * 100'000'000;
     }
     if (contents.frames.size() > 1) contents.notes.push_back("stamps: none, 10 frames a second assumed");
     return false;
   }
-  contents.notes.push_back("stamps: " + printable_path(file));
-  check_stamps_grow(contents, file);
-  warn_of_rate(contents, file);
+  const fs::path& source{known ? file : layout.left};
+  check_stamps_grow(contents, source);
+  settle_stamps(contents, source);
   return true;
 }
 

@@ -64,10 +64,6 @@ bool is_cam0_right(const std::filesystem::path& cam0, const std::filesystem::pat
   }
 }
 
-bool is_vins_camera(const YamlGroup& root) {
-  return root.has("projection_parameters") || (root.has("model_type") && root.has("image_width"));
-}
-
 Calibration read_middlebury_calibration(const YamlGroup& root, const CalibrationRequest& request) {
   constexpr double mm{1e-3};
   constexpr double shortest_mm{1};  // smaller values are in metres

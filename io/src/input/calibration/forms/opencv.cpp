@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 
 #include "input/calibration/calibration_forms.hpp"
@@ -27,7 +29,7 @@ CameraModel model_of_numbers(const YamlGroup& file, std::string_view side) {
   return {number(fx_names), number(fy_names), number(cx_names), number(cy_names), {}};
 }
 
-CameraModel camera_of(const YamlGroup& file, std::string_view side) {
+CameraModel camera_of(const YamlGroup& file, std::string_view side, std::optional<LensModel> lens) {
   const std::string matrix{find(file, matrix_names, side)};
   const std::string distortion{find(file, distortion_names, side)};
   if (!matrix.empty() && distortion.empty()) {
@@ -36,8 +38,24 @@ CameraModel camera_of(const YamlGroup& file, std::string_view side) {
   CameraModel camera{matrix.empty() ? model_of_numbers(file, side)
                                     : io::camera_of(file.matrix(matrix.c_str(), 3, 3), file, matrix.c_str())};
   if (!distortion.empty()) camera.distortion = file.vector(distortion.c_str());
+  camera.lens = lens.value_or(LensModel::perspective);
   check_camera(camera, file);
   return camera;
+}
+
+/// Lens of both cameras by the file's words, or as requested; none: not named.
+std::optional<LensModel> lens_of(const YamlGroup& file, const Sides* sides, const CalibrationRequest& request) {
+  if (request.lens) return request.lens;
+  std::string key{find(file, lens_names)};
+  if (key.empty() && sides != nullptr) key = find(file, lens_names, sides->left);
+  return key.empty() ? std::nullopt : lens_named(file.word(key.c_str()));
+}
+
+/// cv::fisheye has four coefficients, too, and its dumps the same keys.
+bool may_be_fisheye(const CameraModel& camera) {
+  constexpr std::size_t fisheye_count{4};
+  const auto is_zero{[](double number) { return number == 0; }};
+  return camera.distortion.size() == fisheye_count && !std::ranges::all_of(camera.distortion, is_zero);
 }
 
 /// Value for all cameras, else that of the left one.
@@ -53,7 +71,8 @@ void read_size(const YamlGroup& root, const Sides* sides, Rig& rig) {
     rig.width_px = root.pixels(width.c_str());
     rig.height_px = root.pixels(height.c_str());
   } else if (!size.empty()) {
-    const std::vector<double> both{root.numbers(size.c_str(), 2)};
+    const std::vector<double> both{root.values(size.c_str())};
+    if (both.size() != 2) root.fail(fmt::format("'{}' has {} numbers, not 2.", size, both.size()));
     constexpr double most_px{100'000};
     for (const double number : both) {
       if (!(number >= 1 && number <= most_px)) root.fail(fmt::format("'{}' is not a size in pixels.", size));
@@ -86,7 +105,7 @@ cv::Matx44d right_from_left(const YamlGroup& file) {
   const std::vector<double> shift{file.vector(t.c_str())};
   if (shift.size() != 3) file.fail(fmt::format("has in '{}' a translation that is not 3 numbers.", t));
   cv::Matx33d turn{rotation_of(file.values(r.c_str()), file, r.c_str())};
-  const bool is_by_columns{sides_of(file, std::span{cx_names}.last(1)) != nullptr};  // librealsense
+  const bool is_by_columns{sides_of(file, std::span{cx_names}.subspan(1, 1)) != nullptr};  // librealsense
   if (is_by_columns) turn = turn.t();
   return rigid_of(turn, unit_m * cv::Vec3d{shift[0], shift[1], shift[2]});
 }
@@ -124,6 +143,15 @@ void take_projections(Calibration& calibration, const YamlGroup& file) {
 
 }  // namespace
 
+std::optional<LensModel> lens_named(std::string_view word) {
+  std::string text{word};
+  std::ranges::transform(text, text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const auto has{[&](const char* part) { return text.find(part) != std::string::npos; }};
+  if (has("fish") || has("equi") || text == "kb4" || has("kannala")) return LensModel::fisheye;
+  if (has("pinhole") || has("perspective") || has("plumb") || has("rad") || has("brown")) return LensModel::perspective;
+  return std::nullopt;
+}
+
 OpencvParts opencv_parts(const YamlGroup& root) {
   const YamlGroup file{root.flat()};
   const bool has_both{sides_of(file, matrix_names) != nullptr || sides_of(file, fx_names) != nullptr};
@@ -157,9 +185,11 @@ Calibration read_opencv_calibration(const YamlGroup& intrinsics, const YamlGroup
     intrinsics.fail("has no 'M1' or 'M2', the camera matrices.", "Both cameras are needed.");
   }
   read_size(cameras, sides, calibration.rig);
-  const CameraModel left{camera_of(cameras, sides == nullptr ? "" : sides->left)};
-  const CameraModel right{sides == nullptr ? left : camera_of(cameras, sides->right)};
+  const auto lens{lens_of(cameras, sides, request)};
+  const CameraModel left{camera_of(cameras, sides == nullptr ? "" : sides->left, lens)};
+  const CameraModel right{sides == nullptr ? left : camera_of(cameras, sides->right, lens)};
   take_pair(calibration, left, right, right_from_left(between), extrinsics, request);
+  calibration.is_lens_unnamed = !lens && calibration.raw && may_be_fisheye(left) && may_be_fisheye(right);
   return calibration;
 }
 

@@ -8,9 +8,9 @@
 namespace stereogrid::io::opencv {
 namespace {
 
-constexpr std::string_view group_words[]{"stereo",    "calibration", "calib",        "extrinsics",
-                                         "extrinsic", "intrinsics",  "stereoparams", "params",
-                                         "cameras",   "parameters",  "results",      "data"};
+constexpr std::string_view group_words[]{"stereo",     "calibration", "calib",        "extrinsics", "extrinsic",
+                                         "intrinsic",  "intrinsics",  "stereoparams", "params",     "cameras",
+                                         "parameters", "results",     "data"};
 
 std::string lower(std::string_view key) {
   std::string text;

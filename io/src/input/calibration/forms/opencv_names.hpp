@@ -51,6 +51,9 @@ inline constexpr std::string_view projection_names[]{"p",       "proj",   "proje
                                                      "projmat", "projmtx"};
 inline constexpr std::string_view reprojection_names[]{"q", "qmatrix", "disparitytodepth", "disptodepth"};
 inline constexpr std::string_view baseline_names[]{"baseline", "baselinem", "stereobaseline"};
+inline constexpr std::string_view lens_names[]{
+    "lens", "lensmodel",       "lenstype",       "model",           "cameramodel",     "cameratype",
+    "type", "distortionmodel", "distortiontype", "projectionmodel", "calibrationmodel"};
 inline constexpr std::string_view unit_names[]{"unit", "units"};
 inline constexpr std::string_view size_names[]{"imagesize", "size", "imgsize", "resolution", "framesize", "imsize"};
 inline constexpr std::string_view width_names[]{"imagewidth",     "width",     "imgwidth",       "imwidth",
@@ -59,8 +62,8 @@ inline constexpr std::string_view height_names[]{"imageheight",     "height",   
                                                  "imagesizeheight", "sizeheight", "resolutionheight"};
 inline constexpr std::string_view fx_names[]{"fx"};
 inline constexpr std::string_view fy_names[]{"fy"};
-inline constexpr std::string_view cx_names[]{"cx", "ppx"};
-inline constexpr std::string_view cy_names[]{"cy", "ppy"};
+inline constexpr std::string_view cx_names[]{"cx", "ppx", "u0"};
+inline constexpr std::string_view cy_names[]{"cy", "ppy", "v0"};
 
 struct Sides {
   std::string_view left;

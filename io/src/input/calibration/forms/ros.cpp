@@ -37,6 +37,8 @@ RosCamera camera_of(const YamlGroup& file, bool are_rectified) {
   camera.k = array_of<9>(file.matrix("camera_matrix", 3, 3));
   camera.r = array_of<9>(file.matrix("rectification_matrix", 3, 3));
   if (file.has("distortion_model")) camera.distortion_model = file.word("distortion_model");
+  const auto lens{file.has("camera_model") ? lens_named(file.word("camera_model")) : std::nullopt};
+  if (lens == LensModel::fisheye) camera.distortion_model = "equidistant";
   camera.d = file.vector("distortion_coefficients");
   return camera;
 }
