@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
+#include <cmath>
 #include <utility>
 
 #include "search.hpp"
@@ -84,6 +86,28 @@ InfoPair infos_of(const mcap::Bag& bag, const std::string& name, const ImageTopi
   for (const std::string& topic : there) list += (list.empty() ? " CameraInfo is on " : ", ") + io::printable(topic);
   fail(named(name, missing), fmt::format("there is no CameraInfo for {}.{}", has(left) ? images.right : images.left,
                                          list.empty() ? list : list + "."));
+}
+
+/// Baseline between the frames of both CameraInfo, where they have none: drivers publish it on /tf_static alone.
+/// Empty: nothing to say.
+std::string set_baseline_of_tf(const mcap::Bag& bag, InfoPair& infos) {
+  CameraInfo& left{infos.left.message};
+  CameraInfo& right{infos.right.message};
+  const bool has_baseline{left.p[3] < right.p[3] || left.p[3] > right.p[3]};
+  if (has_baseline || left.header.frame_id == right.header.frame_id) return {};
+  TransformBuffer transforms;
+  add_static_transforms(transforms, bag);
+  constexpr std::chrono::milliseconds at_once{0};
+  if (!transforms.are_connected(left.header.frame_id, right.header.frame_id, at_once)) return {};
+  const cv::Affine3d left_from_right{transforms.newest(left.header.frame_id, right.header.frame_id, at_once)};
+  const cv::Vec3d shift_m{left_from_right.translation()};
+  const bool is_body{std::abs(shift_m[1]) > std::abs(shift_m[0])};  // x ahead, y to the left
+  const double baseline_m{is_body ? -shift_m[1] : shift_m[0]};
+  constexpr double parallel_rad{0.02};
+  if (!(baseline_m > 0) || cv::norm(left_from_right.rvec()) > parallel_rad) return {};
+  right.p[3] = left.p[3] - right.p[0] * baseline_m;
+  return fmt::format("baseline: {:.4g} m from {} to {} on /tf_static; Tx of both CameraInfo is equal", baseline_m,
+                     io::printable(left.header.frame_id, 60), io::printable(right.header.frame_id, 60));
 }
 
 }  // namespace
@@ -195,8 +219,11 @@ io::Calibration calibration_of(const mcap::Bag& bag, const std::string& name, co
   if (topics.has_depth()) return depth_calibration_of(bag, name, topics, width_px, height_px);
   const bool are_rectified{is_rectified(*find_topic(bag.topics(), topics.left)) &&
                            is_rectified(*find_topic(bag.topics(), topics.right))};
-  const InfoPair infos{infos_of(bag, name, topics)};
-  return calibration_of(infos.left, infos.right, are_rectified, width_px, height_px);
+  InfoPair infos{infos_of(bag, name, topics)};
+  const std::string note{set_baseline_of_tf(bag, infos)};
+  io::Calibration calibration{calibration_of(infos.left, infos.right, are_rectified, width_px, height_px)};
+  if (!note.empty()) calibration.notes.push_back(note);
+  return calibration;
 }
 
 }  // namespace stereogrid::rosbag

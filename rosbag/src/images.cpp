@@ -140,6 +140,7 @@ io::ImagePair BagImages::load(std::size_t index) const {
   const std::string second_name{name_of(topics_.right, second)};
   const std::vector<std::byte> bytes{bytes_of(topics_.right, second)};
   io::ImagePair pair{std::move(left.grey), {}, left.bits, left.bits};
+  pair.has_other_byte_order = left.has_other_byte_order;
   if (topics_.has_depth()) {
     pair.depth_m =
         io::fit_depth(decode_depth(bytes, right_, second_name), pair.left.width(), pair.left.height(), second_name);
@@ -148,6 +149,7 @@ io::ImagePair BagImages::load(std::size_t index) const {
   io::ScaledImage right{decode_image(bytes, is_compressed(right_), second_name)};
   pair.right = std::move(right.grey);
   pair.right_bits = right.bits;
+  pair.has_other_byte_order |= right.has_other_byte_order;
   return pair;
 }
 

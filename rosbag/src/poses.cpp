@@ -80,6 +80,17 @@ void decode_and_add(std::vector<io::StampedPose>& poses, PoseTally& tally, std::
   add(poses, tally, message);
 }
 
+/// child_frame_id of the first message that names one; else base_link.
+std::string frame_of(const mcap::Bag& bag, const std::string& topic) {
+  const auto cursor{bag.messages({.topics = {topic}})};
+  Odometry message;
+  try {
+    if (const mcap::Message* const first{cursor->next()}) messages::decode(first->data, message);
+  } catch (const InputError&) {  // counted where the poses are added
+  }
+  return message.child_frame_id.empty() ? "base_link" : message.child_frame_id;
+}
+
 void add_all(BagPoses& found, const mcap::Bag& bag, const std::string& topic, std::string_view type) {
   const auto cursor{bag.messages({.topics = {topic}})};
   while (const mcap::Message* const message{cursor->next()}) add_poses(found.poses, found.tally, type, message->data);
@@ -121,6 +132,30 @@ void add_poses(std::vector<io::StampedPose>& poses, PoseTally& tally, std::strin
                                       : decode_and_add<Odometry>(poses, tally, cdr);
 }
 
+void add_static_transforms(TransformBuffer& transforms, const mcap::Bag& bag) {
+  const mcap::Topic* const topic{find_topic(bag.topics(), "/tf_static")};
+  if (topic == nullptr || topic->type != TFMessage::type_name) return;
+  const auto cursor{bag.messages({.topics = {topic->name}})};
+  while (const mcap::Message* const message{cursor->next()}) {
+    TFMessage decoded;
+    try {
+      messages::decode(message->data, decoded);
+    } catch (const InputError&) {
+      continue;
+    }
+    static_cast<void>(transforms.add(decoded, true));
+  }
+}
+
+std::optional<Pose2> camera_in_vehicle(TransformBuffer& transforms, const std::string& vehicle_frame,
+                                       const std::string& camera_frame) {
+  constexpr std::chrono::milliseconds at_once{0};
+  if (camera_frame.empty() || !transforms.are_connected(vehicle_frame, camera_frame, at_once)) return std::nullopt;
+  const cv::Affine3d transform{transforms.newest(vehicle_frame, camera_frame, at_once)};
+  constexpr double upright{0.7};  // vertical component of z, cos 45°
+  return transform.matrix(2, 2) > upright ? pose_of_vehicle(transform) : pose_of_camera(transform);
+}
+
 BagPoses poses_of(const mcap::Bag& bag) {
   BagPoses found;
   std::vector<std::string> topics;
@@ -131,6 +166,7 @@ BagPoses poses_of(const mcap::Bag& bag) {
   if (!topics.empty()) {
     found.source = fmt::format("{} (nav_msgs/Odometry)", io::printable(topics.front()));
     for (std::size_t i{1}; i < topics.size(); ++i) found.others += " " + io::printable(topics[i]);
+    found.frame = frame_of(bag, topics.front());
     add_all(found, bag, topics.front(), Odometry::type_name);
   } else if (const mcap::Topic* const tf{find_topic(bag.topics(), "/tf")};
              tf != nullptr && tf->type == TFMessage::type_name) {

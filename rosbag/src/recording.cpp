@@ -24,6 +24,7 @@ namespace fs = std::filesystem;
 bool is_bag_file(const fs::path& path) {
   const bool is_packed{path.extension() == ".zst" || path.extension() == ".zstd"};
   const fs::path extension{is_packed ? path.stem().extension() : path.extension()};
+  if (extension == ".svo" || extension == ".svo2") return false;  // begins as MCAP; refused with what to do
   if (extension == ".mcap" || extension == ".db3" || extension == ".bag") return true;  // .bag: refused with what to do
   constexpr std::size_t longest_beginning{8};
   const std::string start{io::first_bytes(path, longest_beginning)};
@@ -66,8 +67,44 @@ std::vector<ShotPair> pairs_of(const std::string& name, const ImageTopics& topic
                    "Trigger the cameras together, or set --pair-tolerance-ms higher."};
 }
 
+/// frame_id of the first image that can be decoded; "": none.
+std::string frame_of_images(const mcap::Bag& bag, const std::string& topic) {
+  const auto cursor{bag.messages({.topics = {topic}})};
+  while (const mcap::Message* const message{cursor->next()}) {
+    try {
+      messages::std_msgs::Header header;
+      messages::CdrReader reader{message->data, messages::std_msgs::Header::type_name};
+      reader("header", header);
+      return header.frame_id;
+    } catch (const InputError&) {
+      continue;
+    }
+  }
+  return {};
+}
+
+/// Moves poses from their frame to the left camera, by /tf_static.
+void move_to_camera(io::ForeignRecording& found, BagPoses& poses, const mcap::Bag& bag,
+                    const std::string& camera_frame) {
+  TransformBuffer transforms;
+  add_static_transforms(transforms, bag);
+  const auto camera{camera_in_vehicle(transforms, poses.frame, camera_frame)};
+  if (!camera) {
+    found.notes.push_back(
+        fmt::format("poses: {} is taken as the point below the left camera; /tf_static does not connect "
+                    "it with the images' frame '{}'",
+                    io::printable(poses.frame, 60), io::printable(camera_frame, 60)));
+    return;
+  }
+  for (io::StampedPose& pose : poses.poses) pose.world_from_vehicle = pose.world_from_vehicle * *camera;
+  found.poses_source +=
+      fmt::format(", moved from {} to the left camera by /tf_static ({:.2f} m ahead, {:.2f} m to the left)",
+                  io::printable(poses.frame, 60), camera->x_m, camera->y_m);
+}
+
 /// Poses of the bag, unless most of them were dropped: the rest of such a topic has gaps.
-void take_poses(io::ForeignRecording& found, const mcap::Bag& bag, const std::string& wanted) {
+void take_poses(io::ForeignRecording& found, const mcap::Bag& bag, const std::string& wanted,
+                const std::string& left_topic) {
   if (!wanted.empty() && wanted != "file") return;
   BagPoses poses{poses_of(bag)};
   if (poses.source.empty()) return;
@@ -81,6 +118,7 @@ void take_poses(io::ForeignRecording& found, const mcap::Bag& bag, const std::st
         are_used ? "The others are used, interpolated over short gaps." : "No pose of this topic is used."));
   }
   if (are_used) {
+    move_to_camera(found, poses, bag, frame_of_images(bag, left_topic));
     found.poses = std::move(poses.poses);
     if (!poses.others.empty()) found.notes.push_back(fmt::format("poses: not taken:{}", poses.others));
   } else if (tally.poses == 0) {
@@ -210,10 +248,15 @@ std::unique_ptr<io::Recording> bag_recording(std::unique_ptr<mcap::Bag> bag, con
   found.width_px = first.left.width();
   found.height_px = first.left.height();
   found.sample_bits = images->sample_bits();
+  if (first.has_other_byte_order) {
+    found.warnings.emplace_back(
+        "is_bigendian of the images is wrong: in the other byte order they are much smoother, and it is taken. Correct "
+        "the driver.");
+  }
   if (!arguments.calibration) {
     found.calibration = calibration_of(opened, name, topics, found.width_px, found.height_px);
   }
-  take_poses(found, opened, arguments.poses);
+  take_poses(found, opened, arguments.poses, topics.left);
   for (std::string& sentence : opened.damage()) found.warnings.push_back(std::move(sentence));
   found.images = std::move(images);
   return io::open_recording(arguments, std::move(found));

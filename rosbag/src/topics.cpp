@@ -136,18 +136,50 @@ void need_images(const std::string& bag, const std::vector<Topic>& topics, const
   throw InputError{bag, fmt::format("has no images on {}. There are: {}.", name, list_of(topics)), say_which};
 }
 
-[[noreturn]] void fail_without_images(const std::string& bag, const std::vector<Topic>& topics) {
-  const std::string videos{list_of_videos(topics)};
-  if (videos.empty()) {
-    throw InputError{bag, "holds no images (sensor_msgs/Image or CompressedImage).", "Record those of both cameras."};
+struct Reason {
+  std::string what;
+  const char* mend;
+};
+
+/// Content of a recording without ROS 2's images.
+Reason reason_without_images(const std::vector<Topic>& topics) {
+  const auto first_with = [&](auto&& is_it) -> const Topic* {
+    const auto found{std::ranges::find_if(topics, is_it)};
+    return found == topics.end() ? nullptr : &*found;
+  };
+  const auto is_of_ros1 = [](const Topic& t) { return t.message_encoding == "ros1" || t.schema_encoding == "ros1msg"; };
+  if (const std::string videos{list_of_videos(topics)}; !videos.empty()) {
+    return {fmt::format("holds video (H.264 or the like) on {}, which is not read (allowed: sensor_msgs/Image and "
+                        "CompressedImage).",
+                        videos),
+            "Turn it into images: play the bag (ros2 bag play), decode each topic (ros2 run image_transport "
+            "republish ffmpeg raw), and record the output (ros2 bag record)."};
   }
-  throw InputError{
-      bag,
-      fmt::format("holds video (H.264 or the like) on {}, which is not read (allowed: sensor_msgs/Image and "
-                  "CompressedImage).",
-                  videos),
-      "Turn it into images: play the bag (ros2 bag play), decode each topic (ros2 run image_transport "
-      "republish ffmpeg raw), and record the output (ros2 bag record)."};
+  if (first_with(is_of_ros1) != nullptr) {
+    return {"holds messages of ROS 1 in an MCAP file, which are not read (allowed: those of ROS 2).",
+            "Convert the original bag: pip install rosbags, then rosbags-convert --src FILE.bag --dst FOLDER."};
+  }
+  if (first_with([](const Topic& t) { return t.name.find("/stereo_grid/") == 0 || t.name == "/stereo_grid"; }) !=
+      nullptr) {
+    return {"holds results of stereogrid (--mcap), and no images.",
+            "Show them with 'stereogrid view'; name the recording "
+            "of the cameras as INPUT."};
+  }
+  const auto is_foreign = [](const Topic& t) {
+    return t.type.find("Image") != std::string::npos && t.message_encoding != "cdr";
+  };
+  if (const Topic* const topic{first_with(is_foreign)}) {
+    return {fmt::format("has images as {} messages of {}, which are not read (allowed: sensor_msgs/Image and "
+                        "CompressedImage of ROS 2).",
+                        io::printable(topic->message_encoding, 40), io::printable(topic->type, 60)),
+            "Write the images as PNG or JPEG into left/ and right/ (Foxglove's Python package mcap reads them)."};
+  }
+  return {"holds no images (sensor_msgs/Image or CompressedImage).", "Record those of both cameras."};
+}
+
+[[noreturn]] void fail_without_images(const std::string& bag, const std::vector<Topic>& topics) {
+  const Reason reason{reason_without_images(topics)};
+  throw InputError{bag, reason.what, reason.mend};
 }
 
 /// `asked.left` is there, `asked.right` may be.

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "ros2/transform_buffer.hpp"
+#include "ros2/pose_buffer.hpp"
 
 #include <gmock/gmock.h>
 
@@ -10,12 +10,14 @@
 #include <thread>
 
 #include "stereogrid/error.hpp"
+#include "stereogrid/rosbag/transforms.hpp"
 
 namespace stereogrid::app {
 namespace {
 
 using namespace std::chrono_literals;
 using messages::geometry_msgs::TransformStamped;
+using rosbag::TransformBuffer;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
@@ -52,8 +54,9 @@ TEST(TransformBuffer, FollowsChainsAndInterpolates) {
   EXPECT_NEAR(half.matrix(0, 3), 103 + diagonal, 1e-9);
   EXPECT_NEAR(half.matrix(1, 3), diagonal, 1e-9);
   EXPECT_NEAR(half.matrix(2, 3), 1.2, 1e-9);
-  EXPECT_NEAR(pose_of_camera(half).yaw_rad, std::numbers::pi / 4, 1e-9);
-  EXPECT_NEAR(pose_of_vehicle(buffer.at("map", "base_link", 2000 * ms, 0ms)).yaw_rad, std::numbers::pi / 2, 1e-9);
+  EXPECT_NEAR(rosbag::pose_of_camera(half).yaw_rad, std::numbers::pi / 4, 1e-9);
+  EXPECT_NEAR(rosbag::pose_of_vehicle(buffer.at("map", "base_link", 2000 * ms, 0ms)).yaw_rad, std::numbers::pi / 2,
+              1e-9);
   // the other way round, and between branches
   EXPECT_NEAR(buffer.at("base_link", "odom", 1000 * ms, 0ms).matrix(0, 3), -2, 1e-9);
   EXPECT_NEAR(buffer.newest("odom", "map", 0ms).matrix(0, 3), -100, 1e-9);
@@ -116,11 +119,11 @@ TEST(TransformBuffer, GivesExtrinsics) {
   pitched.transform.rotation = {0, std::sin(0.05), 0, std::cos(0.05)};  // 0.1 rad down
   buffer.add({{pitched, mount(0.8)}}, true);
   Rig rig;
-  ASSERT_TRUE(set_extrinsics(rig, buffer.newest("base_footprint", "optical", 0ms)));
+  ASSERT_TRUE(rosbag::set_extrinsics(rig, buffer.newest("base_footprint", "optical", 0ms)));
   EXPECT_NEAR(rig.camera_height_m, 0.8 * std::cos(0.1), 1e-9);
   EXPECT_NEAR(rig.camera_pitch_rad, 0.1, 1e-9);
   EXPECT_NEAR(rig.camera_roll_rad, 0, 1e-9);
-  EXPECT_FALSE(set_extrinsics(rig, cv::Affine3d{})) << "looks up";
+  EXPECT_FALSE(rosbag::set_extrinsics(rig, cv::Affine3d{})) << "looks up";
 }
 
 /// Along x, a metre each 100 ms.

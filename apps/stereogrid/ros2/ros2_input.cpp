@@ -11,8 +11,8 @@
 #include <utility>
 
 #include "live/live.hpp"
+#include "ros2/pose_buffer.hpp"
 #include "ros2/ros2_source.hpp"
-#include "ros2/transform_buffer.hpp"
 #include "stereogrid/dds/node.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/rectifier.hpp"
@@ -35,15 +35,16 @@ constexpr auto static_patience{100ms};  // they have been received since before 
 constexpr double degrees_per_radian{180 / 3.14159265358979323846};
 
 /// A buffer that receives /tf and /tf_static while the node exists.
-std::shared_ptr<TransformBuffer> subscribe_transforms(dds::Node& node) {
-  auto buffer{std::make_shared<TransformBuffer>()};
+std::shared_ptr<rosbag::TransformBuffer> subscribe_transforms(dds::Node& node) {
+  auto buffer{std::make_shared<rosbag::TransformBuffer>()};
   for (const bool is_static : {false, true}) {
     node.subscribe(
         is_static ? "/tf_static" : "/tf", std::string{TFMessage::type_name}, is_static ? static_depth : dynamic_depth,
         [buffer, is_static](std::span<const std::byte> cdr) {
           TFMessage message;
           messages::decode(cdr, message);
-          buffer->add(message, is_static);
+          const std::string dropped{buffer->add(message, is_static)};
+          if (!dropped.empty()) spdlog::warn("{}", dropped);
         },
         is_static);
   }
@@ -66,23 +67,14 @@ std::string frame_of_images(dds::Node& node, const mcap::Topic& images) {
   return "";
 }
 
-/// True: the frames are connected, which is waited for 0.1 s.
-bool are_connected(TransformBuffer& transforms, const std::string& target, const std::string& source) {
-  try {
-    static_cast<void>(transforms.newest(target, source, static_patience));
-    return true;
-  } catch (const InputError&) {
-    return false;
-  }
-}
-
 /// Sets height, pitch and roll from base_footprint or base_link to the camera's frame; logs it. Returns false and
 /// changes nothing where TF has neither, or the camera is not above z = 0 there.
-bool set_extrinsics_of_tf(Rig& rig, TransformBuffer& transforms, const std::string& camera_frame) {
-  if (camera_frame.empty() || !are_connected(transforms, "base_link", camera_frame)) return false;
+bool set_extrinsics_of_tf(Rig& rig, rosbag::TransformBuffer& transforms, const std::string& camera_frame) {
+  if (camera_frame.empty() || !transforms.are_connected("base_link", camera_frame, static_patience)) return false;
   // base_link may be above the road
-  const char* const base{are_connected(transforms, "base_footprint", camera_frame) ? "base_footprint" : "base_link"};
-  if (!set_extrinsics(rig, transforms.newest(base, camera_frame, 0ms))) {
+  const char* const base{transforms.are_connected("base_footprint", camera_frame, static_patience) ? "base_footprint"
+                                                                                                   : "base_link"};
+  if (!rosbag::set_extrinsics(rig, transforms.newest(base, camera_frame, 0ms))) {
     spdlog::warn("TF: {} is not above z = 0 of {}, or points straight up or down; its extrinsics are not used",
                  io::printable(camera_frame, 60), base);
     return false;
@@ -136,7 +128,7 @@ LiveInput open_ros2_input(const InputOptions& options, Ros2Options& ros2) {
   // the odometry publishes the robot's own frame
   if (has_poses && (ros2.frames.empty() || ros2.frames[1] == "base_link")) ros2.leaves_tf = true;
   std::shared_ptr<dds::Node> node{open_ros2_node(ros2)};
-  const std::shared_ptr<TransformBuffer> transforms{subscribe_transforms(*node)};
+  const std::shared_ptr<rosbag::TransformBuffer> transforms{subscribe_transforms(*node)};
   const FoundImages found{wait_for_images(*node, options)};
   io::Calibration calibration{live_calibration(*node, options, found)};
   const std::string camera_frame{frame_of_images(*node, found.left)};
@@ -146,7 +138,8 @@ LiveInput open_ros2_input(const InputOptions& options, Ros2Options& ros2) {
   }
   const std::string world{is_of_tf ? ros2.frames[0] : ""};
   const bool is_camera_tracked{is_of_tf && ros2.camera_at.empty() && ros2.frames[1] != "base_link" &&
-                               !camera_frame.empty() && are_connected(*transforms, "base_link", camera_frame)};
+                               !camera_frame.empty() &&
+                               transforms->are_connected("base_link", camera_frame, static_patience)};
   if (is_of_tf) {
     spdlog::info("poses of {}: {} in {} on /tf", is_camera_tracked ? "the camera" : "the vehicle",
                  is_camera_tracked ? io::printable(camera_frame, 60) : "base_link", io::printable(world, 60));

@@ -10,6 +10,7 @@
 #include <limits>
 #include <utility>
 
+#include "ros2/pose_buffer.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/ros_image.hpp"
 #include "stereogrid/io/text.hpp"
@@ -164,7 +165,8 @@ void Ros2Source::State::log_dropped_poses() {
 Pose2 Ros2Source::State::pose_at(std::int64_t stamp_ns) {
   if (!setup.transforms) return poses.at(stamp_ns, pose_patience) * setup.posed_from_camera;
   const cv::Affine3d tracked{setup.transforms->at(setup.world_frame, setup.tracked_frame, stamp_ns, pose_patience)};
-  return setup.is_camera_tracked ? pose_of_camera(tracked) : pose_of_vehicle(tracked) * setup.posed_from_camera;
+  return setup.is_camera_tracked ? rosbag::pose_of_camera(tracked)
+                                 : rosbag::pose_of_vehicle(tracked) * setup.posed_from_camera;
 }
 
 void Ros2Source::State::place(capture::LiveFrame& live) {

@@ -12,12 +12,12 @@
 #include <vector>
 
 #include "input.hpp"
-#include "ros2/transform_buffer.hpp"
 #include "stereogrid/capture/camera_pair.hpp"
 #include "stereogrid/dds/node.hpp"
 #include "stereogrid/io/calibration.hpp"
 #include "stereogrid/mcap/bag.hpp"
 #include "stereogrid/rosbag/rosbag.hpp"
+#include "stereogrid/rosbag/transforms.hpp"
 
 namespace stereogrid::app {
 
@@ -28,7 +28,7 @@ struct Ros2Setup {
   io::Calibration calibration;
   capture::PairingOptions pairing{};
   std::string poses{};  ///< a topic of nav_msgs/Odometry; "": the frames have none, or those of `transforms`
-  std::shared_ptr<TransformBuffer> transforms{};  ///< poses of `tracked_frame` in `world_frame`; none: `poses`
+  std::shared_ptr<rosbag::TransformBuffer> transforms{};  ///< poses of `tracked_frame` in `world_frame`; none: `poses`
   std::string world_frame{};
   std::string tracked_frame{};
   bool is_camera_tracked{false};  ///< `tracked_frame` is the left camera's optical frame, else a vehicle's

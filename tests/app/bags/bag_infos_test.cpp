@@ -3,6 +3,7 @@
 //
 // CameraInfo of bags: on a topic for each camera, on one of both, or not there.
 #include "bag_drive.hpp"
+#include "stereogrid/messages/geometry_msgs.hpp"
 
 namespace stereogrid::app::testing {
 namespace {
@@ -35,6 +36,22 @@ TEST_F(BagInfos, MayBeCalledAfterTheImages) {
   add(all, "/stereo/camera_info_left", info(false), "left");
   add(all, "/stereo/camera_info_right", info(true), "right");
   expect_plain(all);
+}
+
+TEST_F(BagInfos, WithoutBaselineTakeThatOfTf) {
+  std::vector<Entry> all{entries({.has_infos = false})};
+  CameraInfo right{info(true)};
+  const double baseline_m{-right.p[3] / right.p[0]};
+  right.p[3] = 0;
+  add(all, "/left/camera_info", info(false), "left_optical");
+  add(all, "/right/camera_info", right, "right_optical");
+  messages::tf2_msgs::TFMessage fixed;
+  fixed.transforms.resize(1);
+  fixed.transforms[0].header.frame_id = "left_optical";
+  fixed.transforms[0].child_frame_id = "right_optical";
+  fixed.transforms[0].transform.translation = {baseline_m, 0, 0};
+  all.push_back(entry("/tf_static", start_ns, fixed));
+  EXPECT_THAT(expect_plain(all), HasSubstr("from left_optical to right_optical on /tf_static"));
 }
 
 TEST_F(BagInfos, CamerasHaveManyNames) {

@@ -171,6 +171,29 @@ TEST_F(BagPoses, OfTfAreTheOnesLookedAt) {
                    "4 of 4 poses are dropped: 4 with a quaternion of length 0.5", "/tf (odom → base_link)");
 }
 
+TEST_F(BagPoses, OfTheVehicleAreMovedToTheCamera) {
+  std::vector<Entry> all{with_odometry([](std::size_t i, Odometry& message) {
+    message.pose.pose.position.x = 0;
+    message.pose.pose.orientation = turned(i, 1);
+    message.child_frame_id = "base_link";
+  })};
+  TFMessage fixed;
+  fixed.transforms.resize(1);
+  fixed.transforms[0].header.frame_id = "base_link";
+  fixed.transforms[0].child_frame_id = header(0).frame_id;
+  fixed.transforms[0].transform.translation = {0.9, 0, 1.2};
+  fixed.transforms[0].transform.rotation = {-0.5, 0.5, -0.5, 0.5};  // z ahead, x to the right
+  all.push_back(entry("/tf_static", start_ns, fixed));
+  write_mcap(bag(), all);
+  const Outcome outcome{run_bag(bag(), {})};
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
+  EXPECT_THAT(outcome.errors, HasSubstr("moved from base_link to the left camera by /tf_static (0.90 m ahead, 0.00 m"));
+  const std::vector<Json> lines{lines_of(out())};
+  const double yaw_rad{yaw_step_rad * (frames - 1)};
+  EXPECT_NEAR(lines.back()["pose"]["x_m"].get<double>(), 0.9 * (std::cos(yaw_rad) - 1), 1e-4);
+  EXPECT_NEAR(lines.back()["pose"]["y_m"].get<double>(), 0.9 * std::sin(yaw_rad), 1e-4);
+}
+
 TEST_F(BagPoses, WithoutTheTransformTheOthersAreNamed) {
   write_mcap(bag(), with_tf(entries({}), "odom", "base_footprint", 1));
   const char* const said{"/tf (odom → base_link) is not there, only base_link → wheel, odom → base_footprint"};

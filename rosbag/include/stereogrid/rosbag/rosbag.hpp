@@ -22,6 +22,7 @@
 #include "stereogrid/mcap/bag.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"
 #include "stereogrid/messages/std_msgs.hpp"
+#include "stereogrid/rosbag/transforms.hpp"
 
 namespace stereogrid::rosbag {
 
@@ -112,9 +113,18 @@ void add_poses(std::vector<io::StampedPose>& poses, PoseTally& tally, std::strin
 struct BagPoses {
   std::vector<io::StampedPose> poses;  ///< fewer than two: none
   std::string source;                  ///< topic and type; empty: the bag has no such topic
+  std::string frame{"base_link"};      ///< whose poses they are
   std::string others;                  ///< topics that could have been taken, too; empty: none
   PoseTally tally;
 };
+
+/// Transforms on /tf_static. Messages that cannot be decoded are passed over.
+void add_static_transforms(TransformBuffer& transforms, const mcap::Bag& bag);
+
+/// Place and heading on the ground of a camera relative to a frame of the vehicle. None: the frames are not connected.
+/// The camera's frame is optical (z ahead) or a body's (x ahead), by its attitude.
+[[nodiscard]] std::optional<Pose2> camera_in_vehicle(TransformBuffer& transforms, const std::string& vehicle_frame,
+                                                     const std::string& camera_frame);
 
 /// Poses of the first nav_msgs/Odometry by name, else of the transform odom → base_link on /tf.
 [[nodiscard]] BagPoses poses_of(const mcap::Bag& bag);

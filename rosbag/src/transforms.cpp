@@ -1,25 +1,22 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "ros2/transform_buffer.hpp"
+#include "stereogrid/rosbag/transforms.hpp"
 
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <string_view>
+#include <utility>
 
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/rosbag/rosbag.hpp"
 
-namespace stereogrid::app {
+namespace stereogrid::rosbag {
 namespace {
-
-constexpr std::size_t kept{2000};  // 2 s at 1 kHz
-constexpr std::int64_t longest_gap_ns{1'000'000'000};
-constexpr const char* look{"Check that it is published, with the clock of the images."};
 
 constexpr std::int64_t kept_ns{10'000'000'000};
 constexpr std::size_t kept_max{20'000};
@@ -46,50 +43,6 @@ std::string reason_to_drop(const messages::geometry_msgs::TransformStamped& mess
 
 }  // namespace
 
-void PoseBuffer::add(const std::vector<io::StampedPose>& poses) {
-  const std::scoped_lock lock{mutex_};
-  for (const io::StampedPose& pose : poses) {
-    if (!poses_.empty() && pose.stamp_ns == poses_.back().stamp_ns) continue;
-    if (!poses_.empty() && pose.stamp_ns < poses_.back().stamp_ns) poses_.clear();
-    if (poses_.size() >= 2 * kept) poses_.erase(poses_.begin(), poses_.end() - kept);
-    poses_.push_back(pose);
-  }
-  changed_.notify_all();
-}
-
-void PoseBuffer::clear() {
-  const std::scoped_lock lock{mutex_};
-  poses_.clear();
-}
-
-Pose2 PoseBuffer::at(std::int64_t stamp_ns, std::chrono::milliseconds patience) {
-  std::unique_lock lock{mutex_};
-  changed_.wait_for(lock, patience, [&] { return poses_.size() > 1 && poses_.back().stamp_ns >= stamp_ns; });
-  return between(stamp_ns);
-}
-
-void PoseBuffer::wait_for_first(std::chrono::milliseconds patience) {
-  std::unique_lock lock{mutex_};
-  changed_.wait_for(lock, patience, [&] { return !poses_.empty(); });
-}
-
-Pose2 PoseBuffer::between(std::int64_t stamp_ns) const {
-  if (poses_.size() < 2) throw InputError{name_, "there is no pose yet.", look};
-  const auto after{std::ranges::lower_bound(poses_, stamp_ns, {}, &io::StampedPose::stamp_ns)};
-  const auto last_begin{poses_.end() - 2};
-  const auto begin{after == poses_.begin() ? poses_.begin() : std::min(after - 1, last_begin)};
-  const std::array<io::StampedPose, 2> around{*begin, *(begin + 1)};
-  const bool is_reached{stamp_ns >= around[0].stamp_ns};
-  if (!is_reached || around[1].stamp_ns - around[0].stamp_ns > longest_gap_ns) {
-    throw InputError{name_, "there is no pose of the image's instant.", look};
-  }
-  try {
-    return io::interpolate_poses(name_, around, std::array{stamp_ns}).front();
-  } catch (const InputError&) {
-    throw InputError{name_, "the poses are behind the images.", look};
-  }
-}
-
 /// A transform, or why there is none.
 struct TransformBuffer::Found {
   cv::Affine3d transform{};
@@ -97,23 +50,23 @@ struct TransformBuffer::Found {
   bool may_come{false};  ///< it may arrive later
 };
 
-void TransformBuffer::add(const messages::tf2_msgs::TFMessage& message, bool are_static) {
+std::string TransformBuffer::add(const messages::tf2_msgs::TFMessage& message, bool are_static) {
   const std::scoped_lock lock{mutex_};
-  for (const messages::geometry_msgs::TransformStamped& one : message.transforms) add(one, are_static);
+  std::string dropped;
+  for (const messages::geometry_msgs::TransformStamped& one : message.transforms) dropped += add(one, are_static);
   changed_.notify_all();
+  return dropped;
 }
 
 /// The mutex is locked.
-void TransformBuffer::add(const messages::geometry_msgs::TransformStamped& message, bool is_static) {
+std::string TransformBuffer::add(const messages::geometry_msgs::TransformStamped& message, bool is_static) {
   if (const std::string reason{reason_to_drop(message)}; !reason.empty()) {
-    if (!std::exchange(has_dropped_, true)) {
-      spdlog::warn("/tf: {} → {} is dropped: {}. Correct what publishes it.",
-                   io::printable(message.header.frame_id, 40), io::printable(message.child_frame_id, 40), reason);
-    }
-    return;
+    if (std::exchange(has_dropped_, true)) return {};
+    return fmt::format("/tf: {} → {} is dropped: {}. Correct what publishes it.",
+                       io::printable(message.header.frame_id, 40), io::printable(message.child_frame_id, 40), reason);
   }
   const auto& [t, q]{message.transform};
-  const Stamped stamped{rosbag::ns_of(message.header.stamp), cv::Quatd{q.w, q.x, q.y, q.z}.normalize(),
+  const Stamped stamped{ns_of(message.header.stamp), cv::Quatd{q.w, q.x, q.y, q.z}.normalize(),
                         cv::Vec3d{t.x, t.y, t.z}};
   Link& link{links_[frame_name(message.child_frame_id)]};
   std::string parent{frame_name(message.header.frame_id)};
@@ -133,6 +86,7 @@ void TransformBuffer::add(const messages::geometry_msgs::TransformStamped& messa
     std::erase_if(link.history, [&](const Stamped& one) { return one.stamp_ns < oldest_ns; });
     if (link.history.size() >= kept_max) link.history.erase(link.history.begin(), link.history.end() - kept_max / 2);
   }
+  return {};
 }
 
 void TransformBuffer::clear() {
@@ -148,6 +102,16 @@ cv::Affine3d TransformBuffer::at(const std::string& target, const std::string& s
 cv::Affine3d TransformBuffer::newest(const std::string& target, const std::string& source,
                                      std::chrono::milliseconds patience) {
   return wait_for(target, source, newest_of_each, patience);
+}
+
+bool TransformBuffer::are_connected(const std::string& target, const std::string& source,
+                                    std::chrono::milliseconds patience) {
+  try {
+    static_cast<void>(newest(target, source, patience));
+    return true;
+  } catch (const InputError&) {
+    return false;
+  }
 }
 
 cv::Affine3d TransformBuffer::wait_for(const std::string& target, const std::string& source, std::int64_t stamp_ns,
@@ -244,4 +208,4 @@ bool set_extrinsics(Rig& rig, const cv::Affine3d& ground_from_camera) {
   return true;
 }
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::rosbag

@@ -10,47 +10,20 @@
 #include <opencv2/core/affine.hpp>
 #include <opencv2/core/quaternion.hpp>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "stereogrid/camera.hpp"
 #include "stereogrid/frame.hpp"
-#include "stereogrid/io/poses.hpp"
 #include "stereogrid/messages/geometry_msgs.hpp"
 
-namespace stereogrid::app {
-
-/// The last seconds of where the vehicle was, as it comes, for instants of images. For any threads.
-class PoseBuffer {
- public:
-  /// `name`: where the poses come from, for error messages.
-  explicit PoseBuffer(std::string name) : name_{std::move(name)} {}
-
-  /// Adds poses. Stamps older than the buffer's belong to another clock: the buffer is cleared first.
-  void add(const std::vector<io::StampedPose>& poses);
-  void clear();
-
-  /// Pose at an instant, interpolated; up to one usual interval after the last pose the motion continues. Waits up to
-  /// `patience` for a later pose. Throws InputError: there is none.
-  [[nodiscard]] Pose2 at(std::int64_t stamp_ns, std::chrono::milliseconds patience);
-  /// Returns when there is a pose, or after `patience`.
-  void wait_for_first(std::chrono::milliseconds patience);
-
- private:
-  [[nodiscard]] Pose2 between(std::int64_t stamp_ns) const;
-
-  std::string name_;
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::vector<io::StampedPose> poses_;  // stamps grow
-};
+namespace stereogrid::rosbag {
 
 /// Transforms of /tf and /tf_static, the last ten seconds of them, as tf2 keeps them. For any threads.
 class TransformBuffer {
  public:
   /// Transforms with numbers that are not finite, quaternions of another length than 1 or a frame as its own parent are
-  /// dropped; the first one is logged.
-  void add(const messages::tf2_msgs::TFMessage& message, bool are_static);
+  /// dropped. Returns which one, and why, at the first one; else "".
+  std::string add(const messages::tf2_msgs::TFMessage& message, bool are_static);
   /// Removes all but static transforms.
   void clear();
 
@@ -59,6 +32,9 @@ class TransformBuffer {
   /// InputError: the frames are not connected, or not at that instant.
   [[nodiscard]] cv::Affine3d at(const std::string& target, const std::string& source, std::int64_t stamp_ns,
                                 std::chrono::milliseconds patience);
+  /// True: the frames are connected, which is waited for up to `patience`.
+  [[nodiscard]] bool are_connected(const std::string& target, const std::string& source,
+                                   std::chrono::milliseconds patience);
   /// As at(), at the newest instant of each link.
   [[nodiscard]] cv::Affine3d newest(const std::string& target, const std::string& source,
                                     std::chrono::milliseconds patience);
@@ -76,7 +52,7 @@ class TransformBuffer {
   };
   struct Found;
 
-  void add(const messages::geometry_msgs::TransformStamped& message, bool is_static);
+  std::string add(const messages::geometry_msgs::TransformStamped& message, bool is_static);
   [[nodiscard]] cv::Affine3d wait_for(const std::string& target, const std::string& source, std::int64_t stamp_ns,
                                       std::chrono::milliseconds patience);
   [[nodiscard]] std::vector<std::string> ancestors_of(const std::string& frame) const;
@@ -98,4 +74,4 @@ class TransformBuffer {
 /// changes nothing where the camera is not above the ground, or points straight up or down.
 [[nodiscard]] bool set_extrinsics(Rig& rig, const cv::Affine3d& ground_from_camera);
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::rosbag
