@@ -143,6 +143,11 @@ io::FrameRange parse_frame_range(const std::string& text, std::size_t frames) {
   return {*first, std::min(*last, frames - 1) + 1};
 }
 
+std::string without_digits(std::string text) {
+  std::erase_if(text, [](char letter) { return letter >= '0' && letter <= '9'; });
+  return text;
+}
+
 StereoFrame first_usable_frame(const FrameSource& source, io::FrameRange range) {
   std::string first_error;
   for (std::size_t index{range.first}; index < range.end; ++index) {

@@ -80,6 +80,9 @@ void log_calibration(const io::Calibration& calibration);
 
 extern const char* const frame_range_help;
 
+/// A text without its numbers: warnings that differ only in them are one and the same.
+[[nodiscard]] std::string without_digits(std::string text);
+
 /// Description of a run of `pipeline` over frames of an input; the caller sets preset and outputs.
 [[nodiscard]] io::RunDescription describe_run(const Input& input, const InputOptions& options, const Pipeline& pipeline,
                                               io::FrameRange frames);

@@ -6,6 +6,8 @@
 
 #include "cli/program.hpp"
 #include "input.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/calibration.hpp"
 #include "stereogrid/io/recording.hpp"
 
 namespace stereogrid::app {
@@ -18,14 +20,14 @@ void add_input_options(Command command, InputOptions& options) {
   command
       .add_option(
           "INPUT [RIGHT]", options.paths,
-          "A drive's folder, a bag of ROS 2 (.mcap, .db3, or their folder), LEFT and RIGHT image or video, a video of "
-          "both, or a built-in scene.")
+          "A drive's folder, a bag of ROS 2 (.mcap, .db3, or their folder), LEFT and RIGHT image, video or folder of "
+          "images, a video of both, or a built-in scene.")
       .required()
       .expected(1, 2);
   command.add_option(
       "--calibration FILE", options.calibration,
       "Calibration file instead of the input's own: calibration.yaml, or one of KITTI, ROS, OpenCV, Kalibr, "
-      "EuRoC, ORB-SLAM, Basalt, DepthAI, ZED or Middlebury.");
+      "EuRoC, ORB-SLAM, Basalt, DepthAI, ZED, MATLAB, VINS-Fusion, Middlebury and others.");
   command.add_option("--poses none|file|odometry|FILE", options.poses,
                      "Source of poses. 'file': the input's own pose file; 'odometry': visual odometry; "
                      "'none': a static vehicle; or another pose file. Default: file if there is one, else "
@@ -35,13 +37,13 @@ void add_input_options(Command command, InputOptions& options) {
                      "black (0) and not used. Replaces the calibration's mask.");
   command.group(Group::other_input);
   command.add_option("--disparities DIR", options.disparities,
-                     "Disparity images instead of right images: PNG (KITTI), PFM, TIFF or NPY, named as the left "
+                     "Disparity images instead of right images: PNG (KITTI), PFM, TIFF, NPY or NPZ, named as the left "
                      "images.");
   command.add_flag("--with-right", options.with_right,
                    "With --disparities: track features in the right images, too. Default: in the left images and the "
                    "disparities.");
   command.add_option("--depth DIR", options.depth,
-                     "Depth images instead of right images: PNG or TIFF of 16 bits, PFM, TIFF or NPY of floats in "
+                     "Depth images instead of right images: PNG or TIFF of 16 bits, PFM, TIFF, NPY or NPZ of floats in "
                      "metres, named as the left images and aligned to them.");
   command
       .add_option("--depth-scale UNITS", options.depth_scale,
@@ -74,9 +76,18 @@ void log_input(const Input& input) {
 }
 
 void log_calibration(const io::Calibration& calibration) {
+  if (calibration.is_upside_down) {
+    throw ConfigError{"'rotate' in the calibration is of recordings. Turn the images in the cameras or their driver."};
+  }
   for (const std::string& note : calibration.notes) spdlog::info("{}", note);
   if (!calibration.has_extrinsics) {
     spdlog::info("extrinsics: not in the calibration");
+  }
+  if (calibration.is_lens_unnamed) {
+    spdlog::warn(
+        "lens: four distortion coefficients without a lens model, taken as k1 k2 p1 p2. Of cv::fisheye, name the file "
+        "in "
+        "a calibration.yaml with 'from: FILE' and 'lens: fisheye'.");
   }
   for (const std::string& oddity : oddities(calibration.rig)) spdlog::warn("{}", oddity);
   for (const std::string& warning : calibration.warnings) spdlog::warn("{}", warning);

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/pixel_view.hpp"
 
@@ -135,8 +136,7 @@ void assign_floats(Image<std::uint8_t>& grey, const Array& pixels) {
 
 template <class T>
 float measured_value(T value, double units) {
-  const auto measured{static_cast<float>(units > 0 ? static_cast<double>(value) / units : static_cast<double>(value))};
-  return std::isfinite(measured) && measured > 0 ? measured : 0.0F;
+  return static_cast<float>(units > 0 ? static_cast<double>(value) / units : static_cast<double>(value));
 }
 
 /// NumPy's name of a sample's type, without NumPy: its own name costs more than the copy of a small image. "": a type
@@ -234,7 +234,10 @@ ImageArrays::ImageArrays(const ImageArguments& arguments)
 }
 
 void ImageArrays::assign_external(Image<float>& disparity, const Rig& rig) const {
-  if (!is_depth_) return assign(disparity, *external_, 0);
+  if (!is_depth_) {
+    assign(disparity, *external_, 0);
+    return io::settle_disparities(external_->name(), disparity);
+  }
   Image<float> depth_m;
   assign(depth_m, *external_, depth_units_per_m_);
   disparity = io::disparity_from_depth(depth_m, rig);

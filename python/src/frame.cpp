@@ -11,6 +11,7 @@
 
 #include "arrays.hpp"
 #include "bindings.hpp"
+#include "geometry.hpp"
 #include "recording.hpp"
 #include "released_gil.hpp"
 #include "stereogrid/error.hpp"
@@ -124,21 +125,21 @@ void construct(Frame* self, const ImageArguments& images, const std::optional<Mo
 void bind_constructor(nb::class_<Frame>& frame) {
   frame.def(
       "__init__",
-      [](Frame* self, nb::handle left, nb::handle right, std::optional<std::int64_t> stamp_ns,
-         const std::optional<Pose2>& pose, nb::handle disparity, nb::handle depth, std::optional<double> depth_scale,
+      [](Frame* self, nb::handle left, nb::handle right, std::optional<std::int64_t> stamp_ns, nb::handle pose,
+         nb::handle disparity, nb::handle depth, std::optional<double> depth_scale,
          const std::optional<MountedRig>& rig, std::optional<std::string> name, std::int64_t index,
          const std::string& color, std::optional<int> bits) {
         PixelOptions pixels{color};
         pixels.bits = bits.value_or(pixels.bits);
-        construct(self, {left, right, disparity, depth, depth_scale, pixels}, rig, stamp_ns, pose, std::move(name),
-                  index);
+        construct(self, {left, right, disparity, depth, depth_scale, pixels}, rig, stamp_ns, pose_of(pose),
+                  std::move(name), index);
       },
       nb::arg("left"), nb::arg("right") = nb::none(), nb::arg("stamp_ns") = nb::none(), nb::arg("pose") = nb::none(),
       nb::kw_only(), nb::arg("disparity") = nb::none(), nb::arg("depth") = nb::none(),
       nb::arg("depth_scale") = nb::none(), nb::arg("rig") = nb::none(), nb::arg("name") = nb::none(),
       nb::arg("index") = 0, nb::arg("color") = "", nb::arg("bits") = nb::none(),
       nb::sig("def __init__(self, left: ArrayLike, right: ArrayLike | None = None, stamp_ns: int | None = None, pose: "
-              "Pose | tuple[float, float, float] | None = None, *, disparity: ArrayLike | None = None, depth: "
+              "Pose | ArrayLike | None = None, *, disparity: ArrayLike | None = None, depth: "
               "ArrayLike | None = None, depth_scale: float | None = None, rig: Rig | None = None, name: str | None = "
               "None, index: int = 0, color: str = '', bits: int | None = None) -> None"),
       "Copies images as Pipeline.process() takes them. rig: required with depth. Left out: stamp_ns is index times 0.1 "
@@ -175,7 +176,7 @@ void bind_frame(nb::module_& module) {
       "stamp_ns", [](const Frame& self) { return self.data.stamp_ns; }, "Instant of exposure.");
   frame.def_prop_rw(
       "pose", [](const Frame& self) { return self.data.world_from_vehicle; },
-      [](Frame& self, const std::optional<Pose2>& pose) { self.data.world_from_vehicle = pose; },
+      [](Frame& self, nb::handle pose) { self.data.world_from_vehicle = pose_of(pose); },
       nb::for_setter(nb::arg("pose").none()), "world_from_vehicle; None: unknown.");
   frame.def_prop_ro(
       "warning", [](const Frame& self) { return self.warning.value_or(""); },

@@ -10,7 +10,11 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
+#include <string>
+#include <vector>
 
 #include "arrays.hpp"
 #include "bindings.hpp"
@@ -21,6 +25,31 @@
 
 namespace stereogrid::python {
 namespace {
+
+constexpr const char* pose_forms{
+    "(expected Pose, (x_m, y_m, yaw_rad), or world_from_camera as 3 x 4 or 4 x 4 with x right, y down, z forward)."};
+
+Pose2 pose_of_matrix(const std::vector<double>& m) {
+  const auto column{
+      [&](std::size_t i, std::size_t j) { return m[i] * m[j] + m[i + 4] * m[j + 4] + m[i + 8] * m[j + 8]; }};
+  constexpr double tolerance{0.01};
+  for (std::size_t i{0}; i < 3; ++i) {
+    for (std::size_t j{i}; j < 3; ++j) {
+      if (std::abs(column(i, j) - (i == j ? 1 : 0)) <= tolerance) continue;
+      throw nb::value_error(("pose: matrix without a rotation " + std::string{pose_forms}).c_str());
+    }
+  }
+  constexpr double level{0.999};   // cosine of the angle between z before and after
+  constexpr double turned{0.995};  // cosine of the angle about z
+  if (m[10] > level && m[5] < turned) {
+    throw nb::value_error(
+        "pose: the matrix turns about its z axis, as that of a body with z up; world_from_camera turns "
+        "about y. Give (x_m, y_m, yaw_rad) of the body.");
+  }
+  std::array<double, 12> rows{};
+  std::copy_n(m.begin(), rows.size(), rows.begin());
+  return ground_pose(rows);
+}
 
 template <class T>
 std::pair<const char*, T> field(const char* name, T value) {
@@ -212,6 +241,25 @@ void bind_ground(nb::module_& module) {
 }
 
 }  // namespace
+
+std::optional<Pose2> pose_of(nb::handle object) {
+  if (object.is_none()) return std::nullopt;
+  if (nb::isinstance<Pose2>(object)) return nb::cast<Pose2>(object);
+  std::vector<double> numbers;
+  std::vector<std::size_t> shape;
+  try {
+    const nb::object array{nb::module_::import_("numpy").attr("asarray")(object, "float64")};
+    shape = nb::cast<std::vector<std::size_t>>(array.attr("shape"));
+    numbers = nb::cast<std::vector<double>>(array.attr("ravel")().attr("tolist")());
+  } catch (nb::python_error& error) {
+    if (!error.matches(PyExc_TypeError) && !error.matches(PyExc_ValueError)) throw;
+    throw nb::type_error((std::string{"pose: no numbers "} + pose_forms).c_str());
+  }
+  if (shape == std::vector<std::size_t>{3}) return Pose2{numbers[0], numbers[1], numbers[2]};
+  if (shape == std::vector<std::size_t>{4, 4} || shape == std::vector<std::size_t>{3, 4})
+    return pose_of_matrix(numbers);
+  throw nb::value_error(("pose: " + std::to_string(numbers.size()) + " numbers " + pose_forms).c_str());
+}
 
 void bind_geometry(nb::module_& module) {
   bind_pose(module);

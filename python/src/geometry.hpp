@@ -5,10 +5,12 @@
 #include <nanobind/nanobind.h>
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 
 #include "stereogrid/camera.hpp"
+#include "stereogrid/frame.hpp"
 #include "stereogrid/image.hpp"
 
 namespace stereogrid::python {
@@ -19,6 +21,10 @@ struct MountedRig {
   bool extrinsics_given{true};
   Image<std::uint8_t> mask{};
 };
+
+/// Pose of the vehicle from Pose, three numbers (x_m, y_m, yaw_rad), or a matrix world_from_camera of 3 × 4 or 4 × 4;
+/// None: none. Throws TypeError, ValueError.
+[[nodiscard]] std::optional<Pose2> pose_of(nanobind::handle object);
 
 /// "Name(x_m=1, y_m=2)" of pairs of name and value.
 template <class... Fields>

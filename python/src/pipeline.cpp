@@ -39,9 +39,20 @@ ResultObject PyPipeline::process(const Frame& frame) {
   const Busy busy{*this};
   ResultObject result{new_result()};
   auto& of_frame{nb::cast<Result&>(result)};
-  const ReleasedGil release;
-  run(frame, frame.data, of_frame);
+  {
+    const ReleasedGil release;
+    run(frame, frame.data, of_frame);
+  }
+  warn_once(of_frame.data);
   return result;
+}
+
+void PyPipeline::warn_once(const FrameResult& result) {
+  for (const Warning& warning : result.warnings) {
+    if (warning.status == FrameStatus::pose_missing) continue;  // usual without poses
+    if (!warned_.insert(app::without_digits(warning.text)).second) continue;
+    if (PyErr_WarnEx(PyExc_RuntimeWarning, warning.text.c_str(), 1) != 0) throw nb::python_error();
+  }
 }
 
 void PyPipeline::run(const Frame& frame, const FrameImages& images, Result& result) {
@@ -60,15 +71,18 @@ ResultObject PyPipeline::process(ArrayFrame arrays) {
   const ImageArrays readers{arrays.images};
   ResultObject result{new_result()};
   auto& of_frame{nb::cast<Result&>(result)};
-  const ReleasedGil release;
-  const FrameImages images{readers.view(frame_.data, pipeline_.rig())};
-  StereoFrame& frame{frame_.data};
-  frame.stamp_ns = arrays.stamp_ns.value_or(next_stamp_ns_);
-  frame.index = next_index_;
-  frame.name = numbered_name(next_index_);
-  frame.world_from_vehicle = arrays.pose;
-  frame.other_grids = std::move(arrays.other_grids);
-  run(frame_, images, of_frame);
+  {
+    const ReleasedGil release;
+    const FrameImages images{readers.view(frame_.data, pipeline_.rig())};
+    StereoFrame& frame{frame_.data};
+    frame.stamp_ns = arrays.stamp_ns.value_or(next_stamp_ns_);
+    frame.index = next_index_;
+    frame.name = numbered_name(next_index_);
+    frame.world_from_vehicle = arrays.pose;
+    frame.other_grids = std::move(arrays.other_grids);
+    run(frame_, images, of_frame);
+  }
+  warn_once(of_frame.data);
   return result;
 }
 
@@ -97,12 +111,12 @@ void bind_process(nb::class_<PyPipeline>& pipeline) {
   pipeline.def(
       "process",
       [](PyPipeline& self, nb::handle left, nb::handle right, nb::handle disparity, nb::handle depth,
-         std::optional<double> depth_scale, std::optional<std::int64_t> stamp_ns, std::optional<Pose2> pose,
+         std::optional<double> depth_scale, std::optional<std::int64_t> stamp_ns, nb::handle pose,
          std::vector<ObservedGrid> other_grids, const std::string& color, std::optional<int> bits) {
         PixelOptions pixels{color};
         pixels.bits = bits.value_or(pixels.bits);
-        return self.process(
-            ArrayFrame{{left, right, disparity, depth, depth_scale, pixels}, stamp_ns, pose, std::move(other_grids)});
+        return self.process(ArrayFrame{
+            {left, right, disparity, depth, depth_scale, pixels}, stamp_ns, pose_of(pose), std::move(other_grids)});
       },
       nb::arg("left"), nb::arg("right") = nb::none(), nb::kw_only(), nb::arg("disparity") = nb::none(),
       nb::arg("depth") = nb::none(), nb::arg("depth_scale") = nb::none(), nb::arg("stamp_ns") = nb::none(),
@@ -111,7 +125,7 @@ void bind_process(nb::class_<PyPipeline>& pipeline) {
       nb::sig(
           "def process(self, left: ArrayLike, right: ArrayLike | None = None, *, disparity: ArrayLike | None = None, "
           "depth: ArrayLike | None = None, depth_scale: float | None = None, stamp_ns: int | None = None, "
-          "pose: Pose | tuple[float, float, float] | None = None, other_grids: list[ObservedGrid] = [], color: str "
+          "pose: Pose | ArrayLike | None = None, other_grids: list[ObservedGrid] = [], color: str "
           "= '', bits: int | None = None) "
           "-> FrameResult"),
       "Processes rectified images (height, width): uint8, uint16, or floats from 0 to 255; (height, width, 3 or 4) "
@@ -120,7 +134,9 @@ void bind_process(nb::class_<PyPipeline>& pipeline) {
       "or depth in m (uint16: depth_scale units are a metre). bits: number of lower bits of uint16 in use. stamp_ns: "
       "left out, 0.1 s after the frame "
       "before. "
-      "other_grids: fused with the frame's own.");
+      "pose: world_from_vehicle as Pose or (x_m, y_m, yaw_rad), or world_from_camera as 3 x 4 or 4 x 4 (x right, y "
+      "down, z forward). other_grids: fused with the frame's own. Warns once of each kind of "
+      "FrameResult.warnings.");
 }
 
 void bind_state(nb::class_<PyPipeline>& pipeline) {

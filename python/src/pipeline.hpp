@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -93,6 +94,9 @@ class PyPipeline {
   static PipelineOptions with(PipelineOptions options, const MountedRig& rig, const app::DeviceOptions& device);
   /// Created before the frame is processed, as the processor's caches hold nothing of Python after it.
   [[nodiscard]] ResultObject new_result() const { return nb::cast(std::make_unique<Result>(results_)); }
+  /// Issues a RuntimeWarning for each kind of warning of the result that is new. Throws python_error where a filter
+  /// makes it an exception.
+  void warn_once(const FrameResult& result);
   /// Without the GIL.
   void run(const Frame& frame, const FrameImages& images, Result& result);
 
@@ -101,6 +105,7 @@ class PyPipeline {
   Frame frame_;  // frame built from arrays; its memory is reused
   std::int64_t next_stamp_ns_{0};
   std::int64_t next_index_{0};
+  std::set<std::string> warned_;
   std::atomic_flag busy_;
 };
 

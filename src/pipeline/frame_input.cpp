@@ -28,6 +28,10 @@ std::string text_of(double seconds) {
   return text.data();
 }
 
+std::string text_of_ns(double seconds) {
+  return std::to_string(std::llround(seconds * 1e9)) + " ns";
+}
+
 }  // namespace
 
 FrameClock::Tick FrameClock::tick(std::int64_t stamp_ns) {
@@ -77,6 +81,12 @@ LevelFrame FrameInput::convert(const StereoFrame& frame, const FrameImages& imag
     result.add(*tick.leap, std::move(tick.warning));
   }
   const double dt_s{tick.dt_s};
+  constexpr double shortest_s{1e-3};
+  if (dt_s > 0 && dt_s < shortest_s) {
+    result.warnings.push_back({"the stamp is only " + text_of_ns(dt_s) +
+                               " after that of the frame before: stamp_ns is "
+                               "in nanoseconds. Convert it from seconds, milliseconds or microseconds."});
+  }
   const Pose2 before{ego_motion_.world_from_vehicle()};
   const Pose2 pose{place(frame, dt_s, result)};
   const double travelled_m{dt_s > 0 && frame.world_from_vehicle

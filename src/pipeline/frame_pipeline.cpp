@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <string>
 #include <utility>
 
 #include "backend/cpu.hpp"
 #include "fusion/fusion.hpp"
+#include "matching/checks/external.hpp"
 #include "observation/rays/rays.hpp"
 #include "pipeline/results.hpp"
 #include "pipeline/stages.hpp"
@@ -46,6 +48,10 @@ std::optional<Ground> FramePipeline::process(const LevelFrame& frame, FrameResul
 
   const bool has_own_changed{find_own_surface(frame, place)};
   stages_->match(frame, grids, state_.alignment, {expected});  // III-C, or external disparities
+  if (frame.has_external_disparity()) {
+    std::string excess{excess_of(frame.disparity, config_.matching.disparities)};
+    if (!excess.empty()) result.warnings.push_back({std::move(excess)});
+  }
   if (state_.is_first) align_first(frame, grids, expected);
   std::span<const VelocityEvidence> velocities;
   const GroundFit first{stages_->both(

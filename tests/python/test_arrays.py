@@ -206,3 +206,35 @@ def shared_pipeline(scene: sg.Recording) -> sg.Pipeline:
     if not PIPELINES:
         PIPELINES.append(sg.Pipeline(sg.preset("default"), scene.rig, device="cpu"))
     return PIPELINES[0]
+
+
+def test_poses_have_many_forms(scene: sg.Recording, frames: list[sg.Frame]) -> None:
+    ahead = np.eye(4)
+    ahead[:3, 3] = 0.1, 0, 0.2
+    forms = [sg.Pose(0.2, -0.1, 0), (0.2, -0.1, 0), [0.2, -0.1, 0], np.array([0.2, -0.1, 0]), ahead, ahead[:3].tolist()]
+    for form in forms:
+        assert sg.Frame(frames[0].left, frames[0].right, pose=form).pose == forms[0]
+    body = np.eye(4)
+    body[:2, :2] = (0.8, -0.6), (0.6, 0.8)
+    for wrong, what in [(body, "z axis"), (np.zeros((4, 4)), "rotation"), (np.eye(3), "9 numbers"), ([1, 2], "2 numbers")]:
+        with pytest.raises(ValueError, match=what):
+            sg.Frame(frames[0].left, frames[0].right, pose=wrong)
+    with pytest.raises(TypeError, match="pose"):
+        sg.Frame(frames[0].left, frames[0].right, pose="here")
+
+
+def test_disparities_of_another_sign_or_scale(scene: sg.Recording, frames: list[sg.Frame]) -> None:
+    plane = np.tile(np.linspace(1, 30, scene.rig.height_px, dtype=np.float32)[:, None], (1, scene.rig.width_px))
+    with pytest.raises(sg.InputError, match="change the sign"):
+        occupancy(scene, frames[0].left, disparity=-plane)
+    with pytest.warns(RuntimeWarning, match="matching.disparities"):
+        occupancy(scene, frames[0].left, disparity=5 * plane)
+
+
+def test_warns_once_of_stamps_in_another_unit(scene: sg.Recording, frames: list[sg.Frame]) -> None:
+    pipeline = sg.Pipeline(sg.preset("default"), scene.rig, device="cpu")
+    with pytest.warns(RuntimeWarning) as warned:
+        for i, frame in enumerate(frames[:3]):
+            assert frame.right is not None
+            pipeline.process(frame.left, frame.right, stamp_ns=1_700_000_000 + i, pose=frame.pose)
+    assert len([w for w in warned if "nanoseconds" in str(w.message)]) == 1

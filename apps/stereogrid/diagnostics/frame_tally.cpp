@@ -76,7 +76,7 @@ class DriveDiagnosis {
   void report_matches(const FrameCount& unmatched) {
     PairFault fault;
     if (const auto frame{context_.frame_at(unmatched.first.index)}) {
-      fault = fault_of_pair(context_.input, unmatched.first.index, *frame);
+      fault = fault_of_pair(context_, unmatched.first.index, *frame);
     }
     findings_.are_sides_swapped = fault.is_swapped;
     if (fault.text.empty()) {
@@ -96,19 +96,18 @@ class DriveDiagnosis {
     const bool is_missed{context_.config.ground.estimate && !is_single && every * missed.frames >= tally_.frames};
     if (missed.frames == 0 || (!is_missed && unknown.frames == 0)) return;
     const auto frame{context_.frame_at(missed.first.index)};
-    if (frame && is_upside_down(*frame, context_.config, context_.given)) {
-      return say("the images are upside down: the road is above. Turn both by 180° and exchange left and right.");
-    }
+    if (const auto fault{frame ? fault_if_upside_down(*frame, context_) : std::nullopt}) return say(*fault);
+    if (const std::string fault{frame ? fault_of_scale(*frame, context_) : ""}; !fault.empty()) return say(fault);
     std::string text{fmt::format("road not found in {} (first: {})", share(missed), missed.first.name)};
     if (unknown.frames > 0) {
       text += fmt::format("; in {} the ground plane is unknown, and so is the grid", share(unknown));
     }
-    const bool is_explained{unknown.frames > 0 && context_.used == context_.given};
+    const bool is_explained{unknown.frames > 0 && context_.used == context_.source_rig};
     say(is_explained ? text + ": " + text_of(unknown.first, FrameStatus::road_unknown) : text + advice_on_extrinsics());
   }
 
   [[nodiscard]] std::string advice_on_extrinsics() const {
-    const Rig& rig{context_.given};
+    const Rig& rig{context_.source_rig};
     if (context_.used != rig) {
       return fmt::format(
           ". The calibration has no extrinsics: a run estimates them where ground is in plain view. Grids before are "
@@ -124,8 +123,8 @@ class DriveDiagnosis {
 
   void report_pitch() {
     constexpr double noticeable_deg{2};
-    const double given_rad{context_.given.camera_pitch_rad};
-    if (tally_.road_pitches.empty() || context_.used != context_.given) return;
+    const double given_rad{context_.source_rig.camera_pitch_rad};
+    if (tally_.road_pitches.empty() || context_.used != context_.source_rig) return;
     const double pitch_rad{median_pitch_rad(tally_) + given_rad -
                            LevelMapping{context_.used}.level_rig().camera_pitch_rad};
     if (std::abs(pitch_rad - given_rad) * degrees <= noticeable_deg) return;
@@ -183,11 +182,6 @@ void FrameTally::add(const io::FrameSummary& frame) {
 
 Findings findings_of(const FrameTally& tally, const TallyContext& context) {
   return DriveDiagnosis{tally, context}.diagnose();
-}
-
-std::string without_digits(std::string text) {
-  std::erase_if(text, [](char letter) { return letter >= '0' && letter <= '9'; });
-  return text;
 }
 
 }  // namespace stereogrid::app

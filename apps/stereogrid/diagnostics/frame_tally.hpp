@@ -50,8 +50,8 @@ struct FrameTally {
 struct TallyContext {
   const Input& input;  ///< may lack a source
   const Config& config;
-  Rig given;  ///< rig of the input
-  Rig used;   ///< Pipeline::next_rig() after the last frame
+  Rig source_rig;  ///< rig of the input
+  Rig used;        ///< Pipeline::next_rig() after the last frame
   /// Loads a frame that was counted; none where it is not available any more.
   std::function<std::optional<StereoFrame>(std::size_t index)> frame_at;
 };
@@ -65,14 +65,18 @@ struct Findings {
 /// few matches and without a road are examined for the reason. `info`, `run` and `live` all print these texts.
 [[nodiscard]] Findings findings_of(const FrameTally& tally, const TallyContext& context);
 
-/// A text without its numbers: warnings that differ only in them are one and the same.
-[[nodiscard]] std::string without_digits(std::string text);
-
 /// True if one of the images is black or without texture.
 [[nodiscard]] bool is_without_texture(const StereoFrame& frame);
 
-/// True if the road is found when the rig is rotated by 180° about its optical axis.
-[[nodiscard]] bool is_upside_down(const StereoFrame& frame, const Config& config, const Rig& rig);
+/// Message if the road is found when the rig is rotated by 180° about its optical axis.
+[[nodiscard]] std::optional<std::string> fault_if_upside_down(const StereoFrame& frame, const TallyContext& context);
+
+/// Message where the farthest points of the pair have negative disparities: upside down, or shifted; none: they have
+/// not.
+[[nodiscard]] std::optional<std::string> fault_of_shift(const StereoFrame& frame, const TallyContext& context);
+
+/// Message where the road is found with external disparities or depths in another unit; "": with none.
+[[nodiscard]] std::string fault_of_scale(const StereoFrame& frame, const TallyContext& context);
 
 /// Reason for the few matches of a pair, and its remedy.
 struct PairFault {
@@ -81,9 +85,10 @@ struct PairFault {
 };
 
 /// Finds the fault of a pair that hardly matches: no texture, sides swapped, images of different instants, vertical
-/// misalignment, images rectified twice. The text is empty if none of them is found. `index`: place of the frame in
-/// `input`, which may lack a source; then its neighbours are not compared.
-[[nodiscard]] PairFault fault_of_pair(const Input& input, std::size_t index, const StereoFrame& frame);
+/// misalignment, images rectified twice, upside down, disparities beyond the search range. The text is empty if none of
+/// them is found. `index`: place of the frame in the input, which may lack a source; then its neighbours are not
+/// compared.
+[[nodiscard]] PairFault fault_of_pair(const TallyContext& context, std::size_t index, const StereoFrame& frame);
 
 /// Motion of the vehicle frame between two frames, by the images and by the poses that came with them.
 struct MotionPair {

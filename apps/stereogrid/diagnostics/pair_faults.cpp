@@ -5,7 +5,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdlib>
+#include <optional>
+#include <span>
 
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/recording.hpp"
@@ -104,38 +108,123 @@ std::string fault_of_rectification(const io::Recording* recording, std::size_t i
          "pair: of ROS's files with 'images: rectified' in a calibration.yaml that names them.";
 }
 
+/// Tests whether the scene is nearer than the search range.
+std::string fault_of_range(const StereoFrame& frame, const TallyContext& context) {
+  const Rig& rig{context.source_rig};
+  const Pipeline pipeline{context.config, rig};
+  const int disparities{pipeline.config().matching.disparities};
+  const auto nearest_px{io::near_disparity_px(frame, disparities)};
+  if (!nearest_px) return {};
+  const double focal_baseline{rig.focal_px * rig.baseline_m};
+  return fmt::format(
+      "the scene is nearer than the search range: points match up to {:.0f} px, but matching.disparities is {} ({:.2f} "
+      "m). "
+      "Set matching.disparities to {:.0f}.",
+      *nearest_px, disparities, focal_baseline / (disparities - 1), 32 * std::ceil((*nearest_px + 1) / 32));
+}
+
 }  // namespace
 
 bool is_without_texture(const StereoFrame& frame) {
   return is_without_texture(frame.left) || is_without_texture(frame.right);
 }
 
-bool is_upside_down(const StereoFrame& frame, const Config& config, const Rig& rig) {
-  if (frame.right.empty()) return false;
-  Rig below{rig};
-  below.cx_px = rig.width_px - 1 - rig.cx_px;
-  below.cy_px = rig.height_px - 1 - rig.cy_px;
-  StereoFrame other{frame};
-  other.left = turned(frame.right);
-  other.right = turned(frame.left);
-  Pipeline pipeline{config, below};
-  const FrameResult& result{pipeline.process(other)};
-  return result.ground.estimated && result.status.empty();
+namespace {
+
+/// Ground of a frame alone; none: it does not show the road.
+std::optional<Ground> ground_of(const StereoFrame& frame, const TallyContext& context, const Rig& rig) {
+  Pipeline pipeline{context.config, rig, {.stages = false, .extrinsics_given = context.input.extrinsics_given}};
+  const FrameResult& result{pipeline.process(frame)};
+  return shows_road(io::summary_of(frame, result)) ? std::optional{result.ground} : std::nullopt;
 }
 
-PairFault fault_of_pair(const Input& input, std::size_t index, const StereoFrame& frame) {
+}  // namespace
+
+std::optional<std::string> fault_if_upside_down(const StereoFrame& frame, const TallyContext& context) {
+  if (frame.right.empty() || frame.right.width() != frame.left.width()) return std::nullopt;
+  StereoFrame other{frame};
+  other.left = turned(frame.left);
+  other.right = turned(frame.right);
+  Rig below{context.source_rig};
+  bool is_found{ground_of(other, context, below).has_value()};  // cameras turned one by one
+  if (!is_found) {
+    below.cx_px = below.width_px - 1 - below.cx_px;
+    below.cy_px = below.height_px - 1 - below.cy_px;
+    std::swap(other.left, other.right);
+    is_found = ground_of(other, context, below).has_value();
+  }
+  if (!is_found) return std::nullopt;
+  return "the images are upside down: the road is above. Add 'rotate: 180' to calibration.yaml (one with 'from: FILE' "
+         "where "
+         "another tool has written the calibration).";
+}
+
+std::optional<std::string> fault_of_shift(const StereoFrame& frame, const TallyContext& context) {
+  const auto problem{io::finding_if_shifted(frame, context.source_rig)};
+  if (!problem) return std::nullopt;
+  const auto other{fault_if_upside_down(frame, context)};
+  return other ? other : problem;
+}
+
+std::string fault_of_scale(const StereoFrame& frame, const TallyContext& context) {
+  if (frame.disparity.empty()) return {};
+  const bool is_depth{context.input.recording != nullptr && context.input.recording->contents().has_depth};
+  struct Unit {
+    double factor;  ///< from the disparities as they were read to those in px
+    const char* name;
+  };
+  // SGBM's sixteenths; PNG of other factors than KITTI's 256
+  constexpr std::array of_disparities{
+      Unit{1.0 / 16, "16 times too large, as OpenCV's fixed-point result. Divide them by 16"},
+      Unit{4, "4 times too small, as of a PNG with 64 instead of 256. Multiply them by 4"},
+      Unit{2.56,
+           "2.56 times too small, as of a PNG with 100 instead of 256. Multiply them "
+           "by 2.56"},
+      Unit{16, "16 times too small, as of a PNG with 16 instead of 256. Multiply them by 16"},
+      Unit{256, "256 times too small, as of a PNG in whole px. Multiply them by 256"}};
+  constexpr std::array of_depths{
+      Unit{10, "10 times too large, as in units of 0.1 mm. Give --depth-scale 10000"},
+      Unit{4, "4 times too large, as in units of 0.25 mm. Give --depth-scale 4000"},
+      Unit{5, "5 times too large, as TUM's. Give --depth-scale 5000"},
+      Unit{1000,
+           "1000 times too large, as floats in millimetres instead of metres. Divide them by "
+           "1000"},
+      Unit{0.256, "3.9 times too small, as KITTI's. Give --depth-scale 256"},
+      Unit{0.001, "1000 times too small, as floats in kilometres. Multiply them by 1000"}};
+  std::string best;
+  double best_distance{0};
+  for (const Unit& unit : is_depth ? std::span<const Unit>{of_depths} : std::span<const Unit>{of_disparities}) {
+    StereoFrame scaled{frame};
+    for (float& d : scaled.disparity) d *= static_cast<float>(unit.factor);
+    const auto ground{ground_of(scaled, context, context.source_rig)};
+    if (!ground) continue;
+    constexpr double usual_height_m{1};
+    const double distance{std::abs(std::log(ground->height_m / usual_height_m))};
+    if (!best.empty() && distance >= best_distance) continue;
+    best_distance = distance;
+    best =
+        fmt::format("the {} seem to be {}: then the ground lies {:.2f} m below the camera, as they are there is none.",
+                    is_depth ? "depths" : "disparities", unit.name, ground->height_m);
+  }
+  return best;
+}
+
+PairFault fault_of_pair(const TallyContext& context, std::size_t index, const StereoFrame& frame) {
   if (frame.right.empty()) return {};
   if (frame.left == frame.right) return {"left and right are the same image: give the right camera's images."};
   if (is_without_texture(frame)) {
     return {"an image is black or without texture: is a lens covered, or the exposure far off?"};
   }
+  if (const auto fault{fault_if_upside_down(frame, context)}) return {*fault};
   if (const auto problem{io::finding_if_swapped(frame)}) return {*problem, true};
   if (io::negative_disparity_px(frame))
     return {"the right image is shifted: its farthest points have negative disparities."};
   const double as_it_is{io::coarse_match_share(frame.left, frame.right)};
+  const Input& input{context.input};
   std::string fault{fault_of_rectification(input.recording, index, as_it_is)};
   if (fault.empty() && input.source) fault = fault_of_time(*input.source, index, frame, as_it_is);
   if (fault.empty()) fault = fault_of_rows(frame, as_it_is);
+  if (fault.empty()) fault = fault_of_range(frame, context);
   return {fault};
 }
 

@@ -78,6 +78,9 @@ void print_recording(const io::Recording& recording) {
   print_row("poses", poses_text(contents));
   print_row("lidar", recording.has_scans() ? "yes" : "no");
   print_row("truth", text_or(contents.truth_folder, "no"));
+  for (const std::string& note : contents.notes) {
+    if (note.starts_with("stamps: ")) print_row("stamps", note.substr(8));
+  }
   if (contents.sample_bits > 8) print_row("samples", fmt::format("{} bits in 16", contents.sample_bits));
 }
 

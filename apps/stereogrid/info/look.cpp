@@ -81,7 +81,7 @@ class Looking {
       if (frame.right.empty()) return;
       if (is_without_texture(frame)) return blank_.add(frame.name);
       if (look_.usable == 1 && input_.recording != nullptr) {
-        if (const auto problem{io::finding_if_shifted(frame, source_.rig())}) say(*problem);
+        if (const auto problem{fault_of_shift(frame, context())}) say(*problem);
       }
       if (frame.left == frame.right) identical_.add(frame.name);
     } catch (const InputError& error) {
@@ -113,6 +113,11 @@ class Looking {
     return fmt::format("in {} of {} frames (first: {})", tally.frames, all, tally.first);
   }
 
+  [[nodiscard]] TallyContext context() const {
+    return {input_, config_, source_.rig(), pipeline_.next_rig(),
+            [this](std::size_t index) { return std::optional<StereoFrame>{source_.load(index)}; }};
+  }
+
   void say(std::string text) { look_.problems.push_back(std::move(text)); }
 
   void diagnose() {
@@ -124,9 +129,7 @@ class Looking {
       say(fmt::format("an image is black or without texture {}: is a lens covered, or the exposure far off?",
                       in_frames(blank_, look_.looked_at)));
     }
-    const Findings found{
-        findings_of(tally_, {input_, config_, source_.rig(), pipeline_.next_rig(),
-                             [this](std::size_t index) { return std::optional<StereoFrame>{source_.load(index)}; }})};
+    const Findings found{findings_of(tally_, context())};
     look_.problems.insert(look_.problems.end(), found.texts.begin(), found.texts.end());
     if (!own_vehicle_.empty()) say(own_vehicle_);
     measure_road();

@@ -75,7 +75,9 @@ io::RunRecord record_of(const RunOptions& options, const Input& input, const Pip
   const StereoFrame first{first_usable_frame(*input.source, range)};
   if (const auto problem{io::finding_if_swapped(first)}) throw InputError{*problem};
   if (input.recording != nullptr) {
-    if (const auto problem{io::finding_if_shifted(first, input.source->rig())}) spdlog::warn("{}", *problem);
+    const Rig& rig{input.source->rig()};
+    if (const auto problem{fault_of_shift(first, {input, pipeline.config(), rig, rig, {}})})
+      spdlog::warn("{}", *problem);
   }
   return record;
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <string>
 
 #include "backend/cpu.hpp"
 #include "backend/reference.hpp"
@@ -156,6 +157,25 @@ double step_of(View<const float> disparity) {
     if (measured > 0 && rounded[i] >= nearly_all * measured) return steps[i];
   }
   return 0;
+}
+
+std::string excess_of(View<const float> disparity, int disparities) {
+  constexpr int apart{4};   // rows and columns between the pixels that are looked at
+  constexpr int fewest{4};  // a quarter
+  int measured{0};
+  int beyond{0};
+  for (int v{0}; v < disparity.height; v += apart) {
+    for (int u{0}; u < disparity.width; u += apart) {
+      const float d{disparity(u, v)};
+      measured += d > 0 ? 1 : 0;
+      beyond += d >= static_cast<float>(disparities) ? 1 : 0;
+    }
+  }
+  if (beyond == 0 || fewest * beyond < measured) return {};
+  return std::to_string(100 * beyond / measured) + " % of the disparities are not below matching.disparities (" +
+         std::to_string(disparities) +
+         ") and are not used. Divide fixed-point disparities by their scale (16 for OpenCV's), or set "
+         "matching.disparities to the search range.";
 }
 
 void split(Cpu& cpu, View<const float> disparity, const Rig& rig, const Ground& ground, const MatchingConfig& config,

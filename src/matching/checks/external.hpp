@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <string>
 
 #include "geometry/relief.hpp"
 #include "geometry/road_plane.hpp"
@@ -67,6 +68,9 @@ STEREOGRID_HD inline bool is_usable(float disparity, int disparities) {
 
 /// Step of disparities that are rounded to whole, half or quarter pixels, px; 0: finer.
 double step_of(View<const float> disparity);
+
+/// Message where a quarter or more of the disparities are outside the search range and not used; "": they are not.
+std::string excess_of(View<const float> disparity, int disparities);
 
 /// `Matches` of an external disparity.
 struct SplitDisparity {
