@@ -208,13 +208,10 @@ TEST(AllocationCount, SeesWhatIsAllocated) {
   EXPECT_LT(live_bytes() - before, 4000);
 }
 
-// The pipeline's held bytes equal those of malloc, before the first frame and after ten.
-
-constexpr std::size_t frames{10};
 // The program's other parts allocate little beside: what oneTBB keeps, and malloc's own rounding.
 constexpr double error_max{0.005};
 
-struct Case {
+struct MemoryCase {
   const char* name;
   std::vector<std::pair<const char*, const char*>> settings{};
   int threads{2};
@@ -222,18 +219,19 @@ struct Case {
   bool is_masked{false};
 };
 
-void PrintTo(const Case& one, std::ostream* out) {
+void PrintTo(const MemoryCase& one, std::ostream* out) {
   *out << one.name;
 }
 
-class Memory : public testing::TestWithParam<Case> {};
+class Memory : public testing::TestWithParam<MemoryCase> {};
 
+// The pipeline's held bytes equal those of malloc, before the first frame and after ten.
 TEST_P(Memory, IsWhatThePipelineSays) {
   if (!can_count_allocations()) GTEST_SKIP() << "malloc cannot be counted under a sanitizer, nor without glibc";
-  const Case& one{GetParam()};
+  const MemoryCase& one{GetParam()};
   const scenes::Scene scene{scenes::parse_scene("street?width=320&height=160&frames=10"), 2};
   std::vector<StereoFrame> recording;
-  for (std::size_t i{0}; i < frames; ++i) recording.push_back(scene.load(i));
+  for (std::size_t i{0}; i < scene.size(); ++i) recording.push_back(scene.load(i));
   Config config{preset("default")};
   for (const auto& [key, value] : one.settings) set(config, key, value);
 
@@ -251,17 +249,18 @@ TEST_P(Memory, IsWhatThePipelineSays) {
   RecordProperty("bytes", std::to_string(pipeline.memory_use().host_bytes));
 }
 
-INSTANTIATE_TEST_SUITE_P(, Memory,
-                         testing::Values(Case{.name = "Default"}, Case{.name = "FiveThreads", .threads = 5},
-                                         Case{.name = "SemiGlobal", .settings = {{"matching.method", "semi_global"}}},
-                                         Case{.name = "Tay2008", .settings = {{"filter.model", "tay2008"}}},
-                                         // with little else, so that the small things count
-                                         Case{.name = "FewVelocities", .settings = {{"filter.speeds_mps", "1.25"}}},
-                                         Case{.name = "Bins", .settings = {{"projection.model", "bins"}}},
-                                         Case{.name = "Predictions", .horizons_s = {0.5, 1}},
-                                         // the mask and its level image: 0.1 MB of 11
-                                         Case{.name = "Masked", .is_masked = true}),
-                         [](const auto& one) { return std::string{one.param.name}; });
+INSTANTIATE_TEST_SUITE_P(
+    , Memory,
+    testing::Values(MemoryCase{.name = "Default"}, MemoryCase{.name = "FiveThreads", .threads = 5},
+                    MemoryCase{.name = "SemiGlobal", .settings = {{"matching.method", "semi_global"}}},
+                    MemoryCase{.name = "Tay2008", .settings = {{"filter.model", "tay2008"}}},
+                    // with little else, so that the small things count
+                    MemoryCase{.name = "FewVelocities", .settings = {{"filter.speeds_mps", "1.25"}}},
+                    MemoryCase{.name = "Bins", .settings = {{"projection.model", "bins"}}},
+                    MemoryCase{.name = "Predictions", .horizons_s = {0.5, 1}},
+                    // the mask and its level image: 0.1 MB of 11
+                    MemoryCase{.name = "Masked", .is_masked = true}),
+    [](const auto& one) { return std::string{one.param.name}; });
 
 TEST(MemoryOfPipelines, OfALargerPipelineIsMore) {
   const Rig rig{scenes::Scene{scenes::parse_scene("street?width=320&height=160&frames=1"), 1}.rig()};
