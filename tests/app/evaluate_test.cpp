@@ -58,7 +58,7 @@ TEST(Evaluate, ScoresTerrainOfASceneAndOfItsDriveAlike) {
   const Json near(own["observed"]["terrain"]["ranges"]["0-8"]);
   EXPECT_EQ(near["objects"], 2);
   EXPECT_EQ(near["objects_found"], 1);
-  EXPECT_GT(near["drivable_free"], 0.9);
+  EXPECT_GT(near["drivable_free"], 0.88);  // in the first frames, ground nearer than the image shows is unknown
   EXPECT_LT(near["drivable_occupied"], 0.02);
   EXPECT_TRUE(near["edges_found"].is_null());
   EXPECT_EQ(scores({folder / "drive"})["occupancy"]["terrain"], own["occupancy"]["terrain"]);

@@ -109,7 +109,7 @@ TEST_F(RunFiles, EveryLineHasEveryKey) {
   for (std::size_t i{0}; i < 3; ++i) {
     const Json& line{lines[i]};
     EXPECT_EQ(keys_of(line), (std::set<std::string>{"index", "name", "stamp_ns", "pose", "ground", "mount", "timing_ms",
-                                                    "density", "obstacles", "status", "warnings"}));
+                                                    "density", "speed_limit", "obstacles", "status", "warnings"}));
     EXPECT_EQ(line["status"], Json::array());
     EXPECT_EQ(line["index"], i);
     EXPECT_EQ(line["name"], "00000" + std::to_string(i));

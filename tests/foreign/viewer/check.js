@@ -106,13 +106,14 @@ async function checkPlayer(browser, address) {
 
 async function checkLayers(page) {
   const values = await page.locator("#layer option").evaluateAll((options) => options.map((option) => option.value));
-  assert.deepStrictEqual(values, ["occupancy", "observed", "0_5", "velocity", "moving", "age", "elevation"]);
+  assert.deepStrictEqual(values, ["occupancy", "observed", "0_5", "velocity", "moving", "age", "elevation", "witness"]);
   const seen = new Set();
   for (const value of values) {
     await page.locator("#layer").selectOption(value);
     await page.waitForTimeout(500);
     seen.add((await look(page)).digest);
     await page.locator("#grid").hover({ position: { x: 300, y: 200 } });
+    assert.match(await page.textContent("#legend"), value === "witness" ? /nonepassablegroundmemorysource/ : /unknown/);
     assert.match(await page.textContent("#cell"), /m ahead.*: (unknown|occupied|never observed|outside)/);
   }
   assert.strictEqual(seen.size, values.length);
