@@ -37,6 +37,11 @@ CellRule rule_of(TerrainClass kind, bool is_raised) {
   return CellRule::ground_not_seen;
 }
 
+// Cell of the window that holds the centre of a cell; outside it, too.
+CellIndex cell_of(const CellPlaces& places, int ix, int iy) {
+  return {static_cast<int>(std::floor(places.x_of(ix, iy))), static_cast<int>(std::floor(places.y_of(ix, iy)))};
+}
+
 bool is_ground(CellRule rule) {
   return rule == CellRule::as_observed || rule == CellRule::free;
 }
@@ -161,11 +166,13 @@ void FrameTerrain::bound_filtered(bool is_usable, const std::function<bool(Point
     hold(result.world.occupancy);
     low_obstacles_.remember();
     bound(vehicle_rules_, result.vehicle.occupancy);
-    see_ground();
+    drop_witnesses();
   }
-  if (claims_free) see_claims(claims_free);
   bound_held(result);
-  bound_unproved(is_usable, claims_free, result);
+  bound_vehicle(is_usable, claims_free, result);
+  if (is_usable) see_ground();
+  if (claims_free) see_claims(claims_free);
+  for (int iy{0}; iy < window_rules_.height(); ++iy) witness_.bound(iy, result.world.occupancy.row(iy));
   limit_speed(is_usable, result);
 }
 
@@ -189,11 +196,30 @@ void FrameTerrain::limit_speed(bool is_usable, FrameResult& result) const {
   result.speed_limit_reason = range.reason;
 }
 
+// Of the cells with obstacles, edges and hidden ground. Low obstacles are marked in the vehicle's grid alone.
+void FrameTerrain::drop_witnesses() {
+  const auto is_against = [](CellRule rule) { return rule != CellRule::ground_not_seen && !is_ground(rule); };
+  for (int iy{0}; iy < window_rules_.height(); ++iy) {
+    for_cells(window_rules_.row(iy), window_rules_.width(), [&](int begin, int end, CellRule rule) {
+      if (is_against(rule)) witness_.drop(iy, begin, end);
+    });
+  }
+  const CellPlaces places{vehicle_in_window()};
+  for (int iy{0}; iy < vehicle_grid_.ny; ++iy) {
+    for_cells(vehicle_rules_.row(iy), vehicle_grid_.nx, [&](int begin, int end, CellRule rule) {
+      if (!is_against(rule)) return;
+      for (int ix{begin}; ix < end; ++ix) {
+        const CellIndex cell{cell_of(places, ix, iy)};
+        if (witness_.has(cell.ix, cell.iy)) witness_.drop(cell.iy, cell.ix, cell.ix + 1);
+      }
+    });
+  }
+}
+
 void FrameTerrain::see_ground() {
   for (int iy{0}; iy < window_rules_.height(); ++iy) {
     for_cells(window_rules_.row(iy), window_rules_.width(), [&](int begin, int end, CellRule rule) {
-      if (rule == CellRule::ground_not_seen) return;
-      is_ground(rule) ? witness_.see(iy, begin, end) : witness_.drop(iy, begin, end);
+      if (is_ground(rule)) witness_.see(iy, begin, end);
     });
   }
 }
@@ -205,19 +231,18 @@ void FrameTerrain::see_claims(const std::function<bool(Point2)>& claims_free) {
   }
 }
 
+// Memory is that of earlier frames.
 CellWitness FrameTerrain::witness_of(int ix, int iy, const CellPlaces& places, bool is_usable) const {
   const CellRule rule{is_usable ? vehicle_rules_(ix, iy) : CellRule::ground_not_seen};
   if (is_ground(rule)) return CellWitness::of(Witness::ground);
   if (rule != CellRule::ground_not_seen) return {};
-  const int x{static_cast<int>(std::floor(places.x_of(ix, iy)))};
-  const int y{static_cast<int>(std::floor(places.y_of(ix, iy)))};
-  if (witness_.has(x, y)) return CellWitness::of(Witness::memory, witness_.age_s(x, y));
-  return {};
+  const CellIndex cell{cell_of(places, ix, iy)};
+  if (!witness_.has(cell.ix, cell.iy)) return {};
+  return CellWitness::of(Witness::memory, witness_.age_s(cell.ix, cell.iy));
 }
 
-void FrameTerrain::bound_unproved(bool is_usable, const std::function<bool(Point2)>& claims_free,
-                                  FrameResult& result) const {
-  for (int iy{0}; iy < window_rules_.height(); ++iy) witness_.bound(iy, result.world.occupancy.row(iy));
+void FrameTerrain::bound_vehicle(bool is_usable, const std::function<bool(Point2)>& claims_free,
+                                 FrameResult& result) const {
   const CellPlaces places{vehicle_in_window()};
   for (int iy{0}; iy < vehicle_grid_.ny; ++iy) {
     for (int ix{0}; ix < vehicle_grid_.nx; ++ix) {

@@ -81,10 +81,11 @@ class FrameTerrain {
   void hold(Image<float>& occupancy);
   void bound_held(FrameResult& result) const;
   void limit_speed(bool is_usable, FrameResult& result) const;
+  void drop_witnesses();
   void see_ground();
   void see_claims(const std::function<bool(Point2)>& claims_free);
   [[nodiscard]] CellWitness witness_of(int ix, int iy, const CellPlaces& places, bool is_usable) const;
-  void bound_unproved(bool is_usable, const std::function<bool(Point2)>& claims_free, FrameResult& result) const;
+  void bound_vehicle(bool is_usable, const std::function<bool(Point2)>& claims_free, FrameResult& result) const;
   [[nodiscard]] CellPlaces vehicle_in_window() const;
 
   GridGeometry vehicle_grid_;

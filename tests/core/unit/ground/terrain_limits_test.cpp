@@ -267,6 +267,19 @@ TEST(Witness, EndsWhereAnEdgeIsSeen) {
   EXPECT_GE(frame.filtered_at(5), 0.5f) << "not remembered";
 }
 
+// Of a stone that only the pixels show, in the vehicle's grid.
+TEST(Witness, EndsWhereALowObstacleIsSeen) {
+  FrameOf frame{ramp(5, 0)};
+  EXPECT_EQ(frame.filtered_at(4.1), 0);
+  frame.see(disparity_of(frame.vehicle.rig,
+                         [](float x, float y) { return x > 4 && x < 4.3f && std::abs(y) < 0.15f ? 0.2f : 0.0f; }));
+  ASSERT_EQ(frame.rule_at(4.1), CellRule::obstacle);
+  EXPECT_GE(frame.filtered_at(4.1), 0.5f);
+  frame.see(Image<float>{frame.vehicle.rig.width_px, frame.vehicle.rig.height_px});
+  EXPECT_GE(frame.filtered_at(4.1), 0.5f);
+  EXPECT_FALSE(frame.witness_at(4.1).allows_free());
+}
+
 TEST(Witness, MayBeAnotherSource) {
   FrameOf frame{ramp(5, 0)};
   const auto near = [](Point2 at) { return at.x < 2; };
