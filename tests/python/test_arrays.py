@@ -216,7 +216,8 @@ def test_poses_have_many_forms(scene: sg.Recording, frames: list[sg.Frame]) -> N
         assert sg.Frame(frames[0].left, frames[0].right, pose=form).pose == forms[0]
     body = np.eye(4)
     body[:2, :2] = (0.8, -0.6), (0.6, 0.8)
-    for wrong, what in [(body, "z axis"), (np.zeros((4, 4)), "rotation"), (np.eye(3), "9 numbers"), ([1, 2], "2 numbers")]:
+    poses = [(body, "z axis"), (np.zeros((4, 4)), "rotation"), (np.eye(3), "9 numbers"), ([1, 2], "2 numbers")]
+    for wrong, what in poses:
         with pytest.raises(ValueError, match=what):
             sg.Frame(frames[0].left, frames[0].right, pose=wrong)
     with pytest.raises(TypeError, match="pose"):
