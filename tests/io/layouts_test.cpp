@@ -299,5 +299,29 @@ TEST_F(Layouts, UpsideDownPairsAreTurned) {
   expect_error([&] { static_cast<void>(open_recording({{folder_.path()}, {}, "none"})); }, {"neither 0 nor 180"});
 }
 
+TEST_F(Layouts, StampsInNames) {
+  put(folder_ / "calibration.yaml", calibration);
+  struct Names {
+    const char* first;
+    const char* second;
+    std::int64_t stamp_ns;
+  };
+  for (const auto& [first, second, stamp_ns] :
+       {Names{"1400505794141322", "1400505794203822", 1400505794141322000},
+        Names{"1573551234567", "1573551234600", 1573551234567000000},
+        Names{"img_1573551234567000000", "img_1573551234600000000", 1573551234567000000},
+        Names{"20191112093354567", "20191112093354600", 1573551234567000000}}) {
+    for (const char* const name : {first, second}) {
+      put_image(fs::path{"left"} / (std::string{name} + ".png"), 50);
+      put_image(fs::path{"right"} / (std::string{name} + ".png"), 150);
+    }
+    const auto recording{open_recording({{folder_.path()}, {}, "none"})};
+    EXPECT_EQ(recording->contents().frames[0].stamp_ns, stamp_ns) << first;
+    EXPECT_TRUE(recording->contents().warnings.empty()) << first;
+    fs::remove_all(folder_ / "left");
+    fs::remove_all(folder_ / "right");
+  }
+}
+
 }  // namespace
 }  // namespace stereogrid::io::testing

@@ -108,9 +108,7 @@ void print_terrain(const Config& config, const Rig& rig) {
     text += fmt::format("{}{:.2f}/{:.2f} m at {:.2g} m", text.empty() ? "" : ", ", up, down, x);
   }
   print_row("steps", "up/down, visible from " + text);
-  if (rig.camera_height_m < 0.6 && config.vehicle.step_max_m > 0.1) {
-    print_row("preset", "--preset robot is made for a camera so low: small cells, steps of 3 cm, speeds of people");
-  }
+  if (const std::string advice{advice_on_preset(config, rig)}; !advice.empty()) print_row("preset", advice);
 }
 
 /// `rig`: with the extrinsics that were found.

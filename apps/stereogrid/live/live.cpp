@@ -110,6 +110,8 @@ class LiveLoop final : private capture::FrameHandler {
     const Findings findings{
         findings_of(tally_, {described, config, input_.source->rig(), pipeline_.next_rig(), frame_at})};
     for (const std::string& text : findings.texts) spdlog::warn("{}", text);
+    const std::string advice{advice_on_preset(config, pipeline_.next_rig())};
+    if (!advice.empty()) spdlog::info("{}", advice);
   }
 
   [[nodiscard]] bool has_frames() const { return frames_ > 0; }

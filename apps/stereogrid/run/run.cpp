@@ -128,6 +128,8 @@ void warn_of_frames(const io::RunRecord& record, const Input& input, const Pipel
   const Findings findings{
       findings_of(tally, {input, pipeline.config(), input.source->rig(), pipeline.next_rig(), frame_at})};
   for (const std::string& text : findings.texts) spdlog::warn("{}", text);
+  const std::string advice{advice_on_preset(pipeline.config(), pipeline.next_rig())};
+  if (!advice.empty()) spdlog::info("{}", advice);
 }
 
 /// Logs where the poses of a complete run contradict the motion in its images.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <string_view>
 
 #include "input/calibration/calibration_forms.hpp"
@@ -105,10 +106,15 @@ bool has_zed_section(const YamlGroup& root) {
          std::ranges::any_of(root.keys(), [](std::string_view key) { return key.starts_with("LEFT_CAM_"); });
 }
 
-/// stereoMapL_x and the like, of OpenCV's tutorials.
+/// stereoMapL_x, map1x, left_map_y and the like, of OpenCV's tutorials.
 bool has_maps(const YamlGroup& root) {
-  return std::ranges::any_of(root.keys(), [](std::string_view key) {
-    return key.find("map") != std::string_view::npos || key.find("Map") != std::string_view::npos;
+  return std::ranges::any_of(root.keys(), [](std::string key) {
+    std::erase(key, '_');
+    std::ranges::transform(key, key.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const std::size_t place{key.find("map")};
+    if (place == std::string::npos) return false;
+    const std::string_view rest{std::string_view{key}.substr(place + 3)};
+    return rest.size() <= 3 && rest.find_first_not_of("lrxy012") == std::string_view::npos;
   });
 }
 

@@ -69,7 +69,7 @@ extern const char* const without_stamps;
                                                         const char* mend = without_stamps);
 
 /// The stamp in a frame's name, behind its last _ or -, in the unit of stamp_unit() with nominal nanoseconds: 13
-/// digits, 16 to 19 digits, or 1305031102.175304, whose seconds become nanoseconds.
+/// digits, or 16 to 19. Nanoseconds: 1305031102.175304 (s), and dates of 17 digits (year to millisecond).
 [[nodiscard]] std::optional<std::int64_t> stamp_in(std::string_view name);
 
 /// data.csv of a EuRoC (ASL) folder: stamps (ns) by the images' names without extension.

@@ -148,6 +148,22 @@ std::vector<std::int64_t> read_timestamps(const std::filesystem::path& path, con
   return stamps;
 }
 
+namespace {
+
+/// Stamp (ns) of a date such as 20231128223057123, year to millisecond; none: another number.
+std::optional<std::int64_t> stamp_of_date(const std::string& digits) {
+  constexpr std::size_t count{17};
+  if (digits.size() != count || !digits.starts_with("20") ||
+      digits.find_first_not_of("0123456789") != std::string::npos) {
+    return std::nullopt;
+  }
+  const auto part{[&](std::size_t at, std::size_t length) { return digits.substr(at, length); }};
+  return parse_timestamp(fmt::format("{}-{}-{} {}:{}:{}.{}", part(0, 4), part(4, 2), part(6, 2), part(8, 2),
+                                     part(10, 2), part(12, 2), part(14, 3)));
+}
+
+}  // namespace
+
 std::optional<std::int64_t> stamp_in(std::string_view name) {
   name.remove_prefix(name.find_last_of("_-") + 1);  // 0 where there is none
   constexpr std::string_view digits_only{"0123456789"};
@@ -160,6 +176,7 @@ std::optional<std::int64_t> stamp_in(std::string_view name) {
     fraction.resize(9, '0');
     digits += fraction;
   }
+  if (const auto date{stamp_of_date(digits)}) return date;
   const bool is_long{digits.size() >= 16 && digits.size() <= 19};
   const bool is_of_milliseconds{digits.size() == milliseconds && digits[0] != '0'};
   if (!(is_long || is_of_milliseconds) || digits.find_first_not_of(digits_only) != std::string::npos) {

@@ -52,8 +52,8 @@ inline constexpr std::string_view projection_names[]{"p",       "proj",   "proje
 inline constexpr std::string_view reprojection_names[]{"q", "qmatrix", "disparitytodepth", "disptodepth"};
 inline constexpr std::string_view baseline_names[]{"baseline", "baselinem", "stereobaseline"};
 inline constexpr std::string_view lens_names[]{
-    "lens", "lensmodel",       "lenstype",       "model",           "cameramodel",     "cameratype",
-    "type", "distortionmodel", "distortiontype", "projectionmodel", "calibrationmodel"};
+    "lens",       "lensmodel",       "lenstype",       "model",           "cameramodel",
+    "cameratype", "distortionmodel", "distortiontype", "projectionmodel", "calibrationmodel"};
 inline constexpr std::string_view unit_names[]{"unit", "units"};
 inline constexpr std::string_view size_names[]{"imagesize", "size", "imgsize", "resolution", "framesize", "imsize"};
 inline constexpr std::string_view width_names[]{"imagewidth",     "width",     "imgwidth",       "imwidth",
