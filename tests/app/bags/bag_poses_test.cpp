@@ -188,7 +188,7 @@ TEST_F(BagPoses, OfTheVehicleAreMovedToTheCamera) {
   const Outcome outcome{run_bag(bag(), {})};
   EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
   EXPECT_THAT(outcome.errors, HasSubstr("moved from base_link to the left camera by /tf_static (0.90 m ahead, 0.00 m"));
-  const std::vector<Json> lines{lines_of(out())};
+  const auto lines = lines_of(out());
   const double yaw_rad{yaw_step_rad * (frames - 1)};
   EXPECT_NEAR(lines.back()["pose"]["x_m"].get<double>(), 0.9 * (std::cos(yaw_rad) - 1), 1e-4);
   EXPECT_NEAR(lines.back()["pose"]["y_m"].get<double>(), 0.9 * std::sin(yaw_rad), 1e-4);
