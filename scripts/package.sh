@@ -43,7 +43,7 @@ COLUMNS=120 "$build/bin/stereogrid" --help | sed -n '/^Commands:/,/^$/s/^  \([a-
   while read -r command summary; do manual "stereogrid-$command" "${summary%%.*}" "$command"; done
 
 configure "$@"
-cpack --config "$build/CPackConfig.cmake" -B "$build/packages" >"$build/cpack.log" || { cat "$build/cpack.log" >&2; exit 1; }
+cpack --config "$build/CPackConfig.cmake" -B "$build/packages" >"$build/cpack.log" 2>&1 || { cat "$build/cpack.log" >&2; exit 1; }
 rm -rf "$build/packages/_CPack_Packages"
 if [ -z "$only_debian" ]; then
   scripts/wheel.sh "$build/packages" /usr/bin/python3 "${@#-D}"
