@@ -68,6 +68,36 @@ void bound(const Image<CellRule>& rules, Image<float>& occupancy) {
   }
 }
 
+/// Cells of the vehicle's grid whose centres lie in a cell of the window.
+class CellsWithin {
+ public:
+  CellsWithin(const GridGeometry& vehicle_grid, const GridInVehicle& window)
+      : grid_{vehicle_grid},
+        window_{window},
+        places_{{vehicle_grid, -window.cos_yaw * window.x_m - window.sin_yaw * window.y_m,
+                 window.sin_yaw * window.x_m - window.cos_yaw * window.y_m, window.cos_yaw, -window.sin_yaw},
+                {window.grid.x_min_m, window.grid.y_min_m},
+                window.grid.cell_size_m} {}
+
+  template <class Work>
+  void for_cells(int x, int y, const Work& work) const {
+    const Point2 at{window_.centre(x, y)};
+    const auto near = [&](double from_m) { return static_cast<int>(std::floor(from_m / grid_.cell_size_m)); };
+    const int near_x{near(at.x - grid_.x_min_m)};
+    const int near_y{near(at.y - grid_.y_min_m)};
+    for (int iy{std::max(near_y - 1, 0)}; iy <= std::min(near_y + 1, grid_.ny - 1); ++iy) {
+      for (int ix{std::max(near_x - 1, 0)}; ix <= std::min(near_x + 1, grid_.nx - 1); ++ix) {
+        if (static_cast<int>(places_.x_of(ix, iy)) == x && static_cast<int>(places_.y_of(ix, iy)) == y) work(ix, iy);
+      }
+    }
+  }
+
+ private:
+  GridGeometry grid_;
+  GridInVehicle window_;
+  CellPlaces places_;
+};
+
 void clear_rows(FrameResult& result, int begin, int end) {
   fill_rows(result.elevation_m, begin, end, std::numeric_limits<float>::quiet_NaN());
   fill_rows(result.elevation_sigma_m, begin, end, std::numeric_limits<float>::quiet_NaN());
@@ -108,18 +138,16 @@ void FrameTerrain::write_vehicle(const GridInVehicle& grid, int begin, int end, 
   });
 }
 
-void FrameTerrain::mark_low_obstacles(const GridInVehicle& grid, int begin, int end, FrameResult& result) {
-  const CellPlaces places{grid, {0, 0}, 1};
-  for (int iy{begin}; iy < end; ++iy) {
-    for (int ix{0}; ix < vehicle_grid_.nx; ++ix) {
+void FrameTerrain::mark_low_obstacles(const GridInVehicle& window, FrameResult& result) {
+  const CellsWithin cells{vehicle_grid_, window};
+  low_obstacles_.for_high([&](int x, int y) {
+    cells.for_cells(x, y, [&](int ix, int iy) {
       CellRule& rule{vehicle_rules_(ix, iy)};
-      if (rule == CellRule::edge || rule == CellRule::obstacle ||
-          !low_obstacles_.is_high_at(places.x_of(ix, iy), places.y_of(ix, iy)))
-        continue;
+      if (rule == CellRule::edge || rule == CellRule::obstacle) return;
       rule = CellRule::obstacle;
       result.terrain(ix, iy) = TerrainClass::obstacle;
-    }
-  }
+    });
+  });
 }
 
 void FrameTerrain::write_window(const GridInVehicle& grid, int begin, int end) {
@@ -196,24 +224,14 @@ void FrameTerrain::limit_speed(bool is_usable, FrameResult& result) const {
   result.speed_limit_reason = range.reason;
 }
 
-// Of the cells with obstacles, edges and hidden ground. Low obstacles are marked in the vehicle's grid alone.
+// Of the cells with obstacles, edges and hidden ground. Rules of the window are without low obstacles.
 void FrameTerrain::drop_witnesses() {
-  const auto is_against = [](CellRule rule) { return rule != CellRule::ground_not_seen && !is_ground(rule); };
   for (int iy{0}; iy < window_rules_.height(); ++iy) {
     for_cells(window_rules_.row(iy), window_rules_.width(), [&](int begin, int end, CellRule rule) {
-      if (is_against(rule)) witness_.drop(iy, begin, end);
+      if (rule != CellRule::ground_not_seen && !is_ground(rule)) witness_.drop(iy, begin, end);
     });
   }
-  const CellPlaces places{vehicle_in_window()};
-  for (int iy{0}; iy < vehicle_grid_.ny; ++iy) {
-    for_cells(vehicle_rules_.row(iy), vehicle_grid_.nx, [&](int begin, int end, CellRule rule) {
-      if (!is_against(rule)) return;
-      for (int ix{begin}; ix < end; ++ix) {
-        const CellIndex cell{cell_of(places, ix, iy)};
-        if (witness_.has(cell.ix, cell.iy)) witness_.drop(cell.iy, cell.ix, cell.ix + 1);
-      }
-    });
-  }
+  low_obstacles_.for_high([&](int x, int y) { witness_.drop(y, x, x + 1); });
 }
 
 void FrameTerrain::see_ground() {
@@ -263,24 +281,14 @@ void FrameTerrain::bound_vehicle(bool is_usable, const std::function<bool(Point2
 // Hazards are few: each one raises its cell and the cells of the vehicle's grid whose centres lie in it. Cells that no
 // frame has observed stay unknown.
 void FrameTerrain::bound_held(FrameResult& result) const {
-  const GridGeometry& window{place_.window};
-  const CellPlaces places{vehicle_in_window()};
-  const auto vehicle_cell = [&](double from_m) { return static_cast<int>(std::floor(from_m / window.cell_size_m)); };
+  const CellsWithin cells{vehicle_grid_, place_.window_cells};
   const auto raise_in = [](GridLayers& grid, int x, int y, float least) {
     if (std::isinf(grid.age_s(x, y))) return;
     grid.occupancy(x, y) = std::max(grid.occupancy(x, y), least);
   };
   const auto raise = [&](int x, int y, float least) {
     raise_in(result.world, x, y, least);
-    const Point2 at{place_.window_cells.centre(x, y)};
-    const int near_x{vehicle_cell(at.x - vehicle_grid_.x_min_m)};
-    const int near_y{vehicle_cell(at.y - vehicle_grid_.y_min_m)};
-    for (int iy{std::max(near_y - 1, 0)}; iy <= std::min(near_y + 1, vehicle_grid_.ny - 1); ++iy) {
-      for (int ix{std::max(near_x - 1, 0)}; ix <= std::min(near_x + 1, vehicle_grid_.nx - 1); ++ix) {
-        if (static_cast<int>(places.x_of(ix, iy)) != x || static_cast<int>(places.y_of(ix, iy)) != y) continue;
-        raise_in(result.vehicle, ix, iy, least);
-      }
-    }
+    cells.for_cells(x, y, [&](int ix, int iy) { raise_in(result.vehicle, ix, iy, least); });
   };
   for (int y{0}; y < held_.height(); ++y) {
     for_cells(held_.row(y), held_.width(), [&](int begin, int end, CellRule rule) {

@@ -40,10 +40,8 @@ class FrameTerrain {
     terrain_.add_edges(edges_);
     low_obstacles_.find(obstacle, road, terrain_, place.window_cells, for_ranges);
     const GridInVehicle vehicle{grid_in_vehicle(vehicle_grid_, {})};
-    for_ranges(vehicle_grid_.ny, [&](int begin, int end) {
-      write_vehicle(vehicle, begin, end, result);
-      mark_low_obstacles(vehicle, begin, end, result);
-    });
+    for_ranges(vehicle_grid_.ny, [&](int begin, int end) { write_vehicle(vehicle, begin, end, result); });
+    mark_low_obstacles(place.window_cells, result);
     for_ranges(place.window.ny, [&](int begin, int end) { write_window(place.window_cells, begin, end); });
   }
 
@@ -75,7 +73,7 @@ class FrameTerrain {
 
  private:
   void write_vehicle(const GridInVehicle& grid, int begin, int end, FrameResult& result);
-  void mark_low_obstacles(const GridInVehicle& grid, int begin, int end, FrameResult& result);
+  void mark_low_obstacles(const GridInVehicle& window, FrameResult& result);
   void write_window(const GridInVehicle& grid, int begin, int end);
   void move(const TerrainPlace& place);
   void hold(Image<float>& occupancy);

@@ -12,11 +12,11 @@ namespace stereogrid {
 namespace {
 
 constexpr float none_m{std::numeric_limits<float>::quiet_NaN()};
-constexpr float per_m{4096};             ///< unit of heights
-constexpr float highest_m{7.9f};         ///< heights in that unit have 16 bits
-constexpr int read_columns{128};         ///< columns that are read together
-constexpr float columns_enough{4};       ///< columns of a cell that are read, at least
-constexpr std::int64_t full_weight{64};  ///< weight of a cell that is on the plane
+constexpr float per_m{4096};        ///< unit of heights
+constexpr float highest_m{7.9f};    ///< heights in that unit have 16 bits
+constexpr int read_columns{32};     ///< columns that are read together
+constexpr float columns_enough{4};  ///< columns of a cell that are read, at least
+constexpr float full_weight{64};    ///< weight of a cell that is on the plane
 
 // Shares were chosen on single kinds of terrain, random layouts of seeds 701 to 708, and the recordings.
 
@@ -30,23 +30,37 @@ constexpr float sigmas{2.5f};
 /// Distance around tall obstacles: a walker moves as far in a frame, and the matcher smears as far.
 constexpr float tall_reach_m{0.2f};
 
-// Heights in units of what the matcher leaves of a step: bins of their histograms.
-constexpr int bins{128};
-constexpr float bins_per_step{16};
-constexpr float lowest_bin{-2};
+// Limits of heights in units of what the matcher leaves of a step.
+constexpr float height_min{-2};
+constexpr float height_max{6};
+
+/// Samples of a cell that are its upper decile.
+std::ptrdiff_t decile_of(std::size_t samples) {
+  return static_cast<std::ptrdiff_t>((samples + 9) / 10);
+}
 
 }  // namespace
 
-void LowObstacles::Moments::add(const Moments& of, std::int64_t times) {
-  n += times * of.n;
-  x += times * of.x;
-  y += times * of.y;
-  xx += times * of.xx;
-  xy += times * of.xy;
-  yy += times * of.yy;
-  z += times * of.z;
-  xz += times * of.xz;
-  yz += times * of.yz;
+void LowObstacles::RowMoments::add(const Weight& of, double at_x, double sign) {
+  const Weight more{sign * of.n, sign * of.z};
+  n += more.n;
+  x += more.n * at_x;
+  xx += more.n * at_x * at_x;
+  z += more.z;
+  xz += more.z * at_x;
+}
+
+void LowObstacles::Moments::add(const RowMoments& of, double at_y, double sign) {
+  along.n += sign * of.n;
+  along.x += sign * of.x;
+  along.xx += sign * of.xx;
+  along.z += sign * of.z;
+  along.xz += sign * of.xz;
+  const double times_y{sign * at_y};
+  y += times_y * of.n;
+  xy += times_y * of.x;
+  yy += times_y * at_y * of.n;
+  yz += times_y * of.z;
 }
 
 LowObstacles::LowObstacles(const Rig& level_rig, const TerrainLimits& limits, double cell_m, int window_cells,
@@ -63,29 +77,29 @@ LowObstacles::LowObstacles(const Rig& level_rig, const TerrainLimits& limits, do
       sorted_(samples_.size()),
       ranges_{window_cells, window_cells},
       level_m_{window_cells, window_cells},
+      top_m_{window_cells, window_cells},
       noise_m_{window_cells, window_cells},
+      weights_{window_cells, window_cells},
       moments_{window_cells, window_cells},
       sums_(static_cast<std::size_t>(window_cells)),
       planes_{window_cells, window_cells},
       seen_{window_cells, window_cells},
       memory_{window_cells} {}
 
-std::span<LowObstacles::Sample> LowObstacles::samples_of(int ix, int iy) {
+std::span<std::int16_t> LowObstacles::heights_of(int ix, int iy) {
   const Range range{ranges_(ix, iy)};
   return std::span{sorted_}.subspan(static_cast<std::size_t>(range.begin),
                                     static_cast<std::size_t>(range.end - range.begin));
 }
 
-// Behind the range at which two rows are a cell apart, cells have gaps. Returns the first row with
-// ground.
+// Behind the range at which two rows are a cell apart, cells have gaps. Returns the first row with ground, or with the
+// lowest part of tall things on it.
 int LowObstacles::begin(const Terrain& terrain, const GridInVehicle& window) {
   const TerrainCamera& camera{terrain.camera()};
   camera_ = camera;
   places_ = CellPlaces{window, {0, 0}, 1};
   const float sampled_m{std::sqrt(cell_m_ * camera.height_m / camera.tangent_per_v)};
-  const float end_m{std::max(std::min(terrain.checked_m(), sampled_m), cell_m_)};
-  least_px_ = camera.focal_baseline_pxm / end_m;
-  column_step_ = std::max(static_cast<int>(camera.focal_px * cell_m_ / (end_m * columns_enough)), 1);
+  end_m_ = std::max(std::min(terrain.checked_m(), sampled_m), cell_m_);
   const GridGeometry& grid{window.grid};
   cos_ = static_cast<float>(window.cos_yaw / grid.cell_size_m);
   sin_ = static_cast<float>(window.sin_yaw / grid.cell_size_m);
@@ -93,12 +107,17 @@ int LowObstacles::begin(const Terrain& terrain, const GridInVehicle& window) {
                                     grid.cell_size_m);
   origin_north_ =
       static_cast<float>((window.sin_yaw * window.x_m - window.cos_yaw * window.y_m - grid.y_min_m) / grid.cell_size_m);
-  const float row{-limits_.slope - camera.tangent(cx_px_, 0)};
+  const float over_m{std::max(camera.height_m - limits_.rays_from_m - limits_.step_m, 0.0f)};
+  const float row{over_m / end_m_ - limits_.slope - camera.tangent(cx_px_, 0)};
   return static_cast<int>(std::clamp(row / camera.tangent_per_v, 0.0f, static_cast<float>(samples_.height())));
 }
 
 // Three loops, of which the second one becomes vectors.
-void LowObstacles::read_row(View<const float> obstacle, View<const float> road, int v) {
+LowObstacles::RowRead LowObstacles::read_row(View<const float> obstacle, View<const float> road, int v) {
+  const TerrainCamera camera{camera_};  // members might change with each store
+  const auto cells = static_cast<unsigned>(seen_.width());
+  const float ahead{camera.tangent(cx_px_, static_cast<float>(v))};
+  const int step{column_step(ahead > 0 ? camera.height_m / ahead : end_m_)};
   const float* const of_obstacles{obstacle.row(v)};
   const float* const of_road{road.row(v)};
   std::array<float, read_columns> columns;
@@ -107,42 +126,42 @@ void LowObstacles::read_row(View<const float> obstacle, View<const float> road, 
   std::array<float, read_columns> easts;
   std::array<float, read_columns> norths;
   Sample* const samples{samples_.row(v)};
-  const int cells{seen_.width()};
-  const TerrainCamera camera{camera_};  // members might change with each store
-  const float most_m{std::min(limits_.height_m, highest_m)};
+  const float most{std::min(limits_.height_m, highest_m) * per_m};
   const float tangent{camera.tangent(0, static_cast<float>(v))};
+  const float least_px{camera.focal_baseline_pxm / end_m_};
   const float sin_per_px{sin_ / camera.focal_px};
   const float cos_per_px{cos_ / camera.focal_px};
-  RowRead all{0, {cells, 0}, {cells, 0}};
-  const auto add = [](int cell, Range& range) { range = {std::min(range.begin, cell), std::max(range.end, cell + 1)}; };
-  for (int first{0}; first < obstacle.width; first += read_columns * column_step_) {
+  const auto add = [](int cell, Range& range) { range = {std::min(range.begin, cell), std::max(range.end, cell)}; };
+  Range columns_read{seen_.width(), -1};  // first and last
+  Range rows_read{columns_read};
+  int count{0};
+  for (int first{0}; first < obstacle.width; first += read_columns * step) {
+    const int end{std::min(first + read_columns * step, obstacle.width)};
     std::size_t read{0};
-    for (int u{first}; u < std::min(first + read_columns * column_step_, obstacle.width); u += column_step_) {
+    for (int u{first}; u < end; u += step) {
       const float disparity{std::max(of_obstacles[u], of_road[u])};
       columns[read] = static_cast<float>(u);
       disparities[read] = disparity;
-      read += disparity >= least_px_ ? 1 : 0;
+      read += disparity >= least_px ? 1 : 0;
     }
     for (std::size_t i{0}; i < read; ++i) {
       const float x{camera.focal_baseline_pxm / disparities[i]};
       const float left_px{cx_px_ - columns[i]};
-      heights[i] = camera.height_m - (tangent + camera.tangent_per_u * columns[i]) * x;
+      heights[i] = per_m * (camera.height_m - (tangent + camera.tangent_per_u * columns[i]) * x);
       easts[i] = origin_east_ + (cos_ + sin_per_px * left_px) * x;
       norths[i] = origin_north_ + (cos_per_px * left_px - sin_) * x;
     }
     for (std::size_t i{0}; i < read; ++i) {
       const int ix{static_cast<int>(easts[i])};
       const int iy{static_cast<int>(norths[i])};
-      const bool is_in_window{easts[i] >= 0 && norths[i] >= 0 && ix < cells && iy < cells};
-      if (!is_in_window || !(std::abs(heights[i]) < most_m)) continue;
-      add(ix, all.columns);
-      add(iy, all.rows);
-      samples[all.count++] = {iy * cells + ix, static_cast<std::int16_t>(heights[i] * per_m),
-                              static_cast<std::uint8_t>(256 * (easts[i] - static_cast<float>(ix))),
-                              static_cast<std::uint8_t>(256 * (norths[i] - static_cast<float>(iy)))};
+      if (static_cast<unsigned>(ix) >= cells || static_cast<unsigned>(iy) >= cells || !(std::abs(heights[i]) < most))
+        continue;
+      add(ix, columns_read);
+      add(iy, rows_read);
+      samples[count++] = {iy * seen_.width() + ix, static_cast<std::int16_t>(heights[i])};
     }
   }
-  read_[static_cast<std::size_t>(v)] = all;
+  return {count, {columns_read.begin, columns_read.end + 1}, {rows_read.begin, rows_read.end + 1}};
 }
 
 void LowObstacles::sort_samples(int first_row) {
@@ -174,18 +193,22 @@ void LowObstacles::sort_samples(int first_row) {
     range = {begin, begin};
     begin += count;
   });
-  for_samples([&](const Sample& sample, Range& range) { sorted_[static_cast<std::size_t>(range.end++)] = sample; });
+  for_samples([&](const Sample& sample, Range& range) { sorted_[static_cast<std::size_t>(range.end++)] = sample.z; });
 }
 
+// The upper decile is behind the others afterwards.
 void LowObstacles::set_levels(const Terrain& terrain, int iy) {
   for (int ix{columns_.begin}; ix < columns_.end; ++ix) {
-    const std::span<Sample> samples{samples_of(ix, iy)};
+    const std::span<std::int16_t> heights{heights_of(ix, iy)};
     level_m_(ix, iy) = none_m;
     planes_(ix, iy).z = none_m;
-    if (samples.empty()) continue;
-    const auto middle = samples.begin() + static_cast<std::ptrdiff_t>(samples.size() / 2);
-    std::ranges::nth_element(samples, middle, {}, &Sample::z);
-    level_m_(ix, iy) = static_cast<float>(middle->z) / per_m;
+    if (heights.empty()) continue;
+    const auto top = heights.end() - decile_of(heights.size());
+    const auto middle = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2);
+    std::nth_element(heights.begin(), top, heights.end());
+    if (middle < top) std::nth_element(heights.begin(), middle, top);
+    level_m_(ix, iy) = static_cast<float>(*middle) / per_m;
+    top_m_(ix, iy) = static_cast<float>(*top) / per_m;
     const float x{places_.x_of(ix, iy)};
     noise_m_(ix, iy) = camera_.elevation_sigma(camera_.height_m, x, terrain.sigma_px(x));
   }
@@ -194,28 +217,29 @@ void LowObstacles::set_levels(const Terrain& terrain, int iy) {
 // Weights of the cells' levels, and their sums along the row. At first levels near the frame's plane count, then those
 // near the plane of the pass before: cells over it are left out.
 void LowObstacles::sum_along(int iy, int pass) {
-  const auto moments_at = [&](int ix) {
-    const float level{level_m_(ix, iy)};
-    if (std::isnan(level)) return Moments{};
-    const float x{places_.x_of(ix, iy)};
-    float weight{0.02f};
+  const auto weight_of = [&](int ix, float level) {
     if (pass == 0) {
-      const float share{level / (3 * limits_.step_m + 0.15f * x)};
-      weight = 1 / (1 + share * share * share * share);
-    } else {
-      const float over{level - planes_(ix, iy).z};
-      const float tolerance{std::max((pass == 1 ? 1.5f : matched_share) * limits_.step_m, sigmas * noise_m_(ix, iy))};
-      if (over > -2 * tolerance && over < tolerance) weight = 1;
+      const float share{level / (3 * limits_.step_m + 0.15f * places_.x_of(ix, iy))};
+      return 1 / (1 + share * share * share * share);
     }
-    const auto n = static_cast<std::int64_t>(std::lround(weight * static_cast<float>(full_weight)));
-    const auto z = n * static_cast<std::int64_t>(std::lround(level * per_m));
-    return Moments{n, n * ix, n * iy, n * ix * ix, n * ix * iy, n * iy * iy, z, z * ix, z * iy};
+    const float over{level - planes_(ix, iy).z};
+    const float tolerance{std::max((pass == 1 ? 1.5f : matched_share) * limits_.step_m, sigmas * noise_m_(ix, iy))};
+    return over > -2 * tolerance && over < tolerance ? 1.0f : 0.02f;
   };
-  Moments sum{};
+  RowMoments sum{};
   for (int ix{columns_.begin}; ix < columns_.end + reach_; ++ix) {
     const int removed{ix - 2 * reach_ - 1};
-    if (removed >= columns_.begin) sum.add(moments_at(removed), -1);
-    if (ix < columns_.end) sum.add(moments_at(ix), 1);
+    if (removed >= columns_.begin && weights_(removed, iy).n != 0) sum.add(weights_(removed, iy), removed, -1);
+    if (ix < columns_.end) {
+      const float level{level_m_(ix, iy)};
+      Weight& weight{weights_(ix, iy)};
+      weight = {0, 0};
+      if (!std::isnan(level)) {
+        weight.n = static_cast<int>(weight_of(ix, level) * full_weight + 0.5f);
+        weight.z = weight.n * level * per_m;
+        sum.add(weight, ix, 1);
+      }
+    }
     const int middle{ix - reach_};
     if (middle >= columns_.begin) moments_(middle, iy) = sum;
   }
@@ -228,21 +252,21 @@ void LowObstacles::fit_planes() {
     const int removed{iy - reach_ - 1};
     for (int ix{columns_.begin}; ix < columns_.end; ++ix) {
       Moments& sum{sums_[static_cast<std::size_t>(ix)]};
-      if (added >= rows_.begin && added < rows_.end) sum.add(moments_(ix, added), 1);
-      if (removed >= rows_.begin) sum.add(moments_(ix, removed), -1);
-      if (iy < rows_.begin) continue;
+      if (added >= rows_.begin && added < rows_.end) sum.add(moments_(ix, added), added, 1);
+      if (removed >= rows_.begin) sum.add(moments_(ix, removed), removed, -1);
+      if (iy < rows_.begin || std::isnan(level_m_(ix, iy))) continue;
       Plane& plane{planes_(ix, iy)};
       plane = {none_m, 0, 0};
-      if (sum.n < 3 * full_weight || std::isnan(level_m_(ix, iy))) continue;
-      const auto n = static_cast<double>(sum.n);
-      const double x{static_cast<double>(sum.x) / n};
-      const double y{static_cast<double>(sum.y) / n};
-      const double z{static_cast<double>(sum.z) / n};
-      const double xx{static_cast<double>(sum.xx) - n * x * x};
-      const double xy{static_cast<double>(sum.xy) - n * x * y};
-      const double yy{static_cast<double>(sum.yy) - n * y * y};
-      const double xz{static_cast<double>(sum.xz) - n * x * z};
-      const double yz{static_cast<double>(sum.yz) - n * y * z};
+      if (sum.along.n < 3 * full_weight) continue;
+      const double n{sum.along.n};
+      const double x{sum.along.x / n};
+      const double y{sum.y / n};
+      const double z{sum.along.z / n};
+      const double xx{sum.along.xx - n * x * x};
+      const double xy{sum.xy - n * x * y};
+      const double yy{sum.yy - n * y * y};
+      const double xz{sum.along.xz - n * x * z};
+      const double yz{sum.yz - n * y * z};
       const double det{xx * yy - xy * xy};
       double east{0};
       double north{0};
@@ -280,47 +304,35 @@ float LowObstacles::fall_before(int ix, int iy, const Plane& plane) const {
   return mean_m < -noise_m_(ix, iy) ? mean_m : 0.0f;
 }
 
-// Heights over the plane at the samples' own places.
+// Heights over the plane in the middle of the cell.
 void LowObstacles::compare(int iy) {
-  const float step_m{limits_.step_m};
   for (int ix{columns_.begin}; ix < columns_.end; ++ix) {
     Seen& seen{seen_(ix, iy)};
     seen = {};
-    Plane plane{planes_(ix, iy)};
-    plane.z += fall_before(ix, iy, plane);
-    const std::span<const Sample> samples{samples_of(ix, iy)};
-    if (std::isnan(plane.z) || samples.empty()) continue;
+    const Plane& plane{planes_(ix, iy)};
+    if (std::isnan(plane.z)) continue;
+    const float rise_m{std::sqrt(plane.east * plane.east + plane.north * plane.north)};
+    const float ground_m{plane.z + fall_before(ix, iy, plane)};
     const float x{places_.x_of(ix, iy)};
     const float noise{noise_m_(ix, iy)};
-    const float slope{std::min(std::hypot(plane.east, plane.north) / cell_m_, limits_.slope)};
     const float range_noise{noise * x / camera_.height_m};
     const float row_m{camera_.tangent_per_v * x};
     const float matched_m{matched_step_m(row_m)};
-    const float least{std::max({matched_share * step_m, matched_m, sigmas * noise, 2 * slope * range_noise})};
-    const float east_m{plane.east / 256};
-    const float north_m{plane.north / 256};
-    const float middle_m{plane.z - 127.5f * (east_m + north_m)};
-    std::array<int, bins> histogram{};
-    int high{0};
-    int tall{0};
-    for (const Sample& sample : samples) {
-      const float height{static_cast<float>(sample.z) / per_m - middle_m -
-                         (east_m * static_cast<float>(sample.east) + north_m * static_cast<float>(sample.north))};
-      high += height > least ? 1 : 0;
-      tall += height > limits_.rays_from_m ? 1 : 0;
-      ++histogram[static_cast<std::size_t>(
-          std::clamp((height / matched_m - lowest_bin) * bins_per_step, 0.0f, static_cast<float>(bins - 1)))];
-    }
-    int bin{bins - 1};
-    for (int above{histogram[bins - 1]}; 10 * above < static_cast<int>(samples.size());)
-      above += histogram[static_cast<std::size_t>(--bin)];
-    const float fewest{std::max(3.0f, 0.1f * face_samples(row_m))};
-    seen = {std::min(static_cast<int>(samples.size()), HeightMemory::samples_enough),
-            high,
-            static_cast<float>(high) >= fewest,
-            tall >= 2,
-            false,
-            lowest_bin + (static_cast<float>(bin) + 0.5f) / bins_per_step};
+    const float least{std::max({matched_share * limits_.step_m, matched_m, sigmas * noise,
+                                2 * std::min(rise_m / cell_m_, limits_.slope) * range_noise})};
+    std::span<const std::int16_t> heights{heights_of(ix, iy)};
+    seen.count =
+        std::min(static_cast<int>(heights.size()) * column_step(x) / column_step(end_m_), HeightMemory::samples_enough);
+    if (top_m_(ix, iy) - ground_m <= least) heights = heights.last(static_cast<std::size_t>(decile_of(heights.size())));
+    const auto higher = [&](float height_m) {
+      const float limit{(ground_m + height_m) * per_m};
+      return static_cast<int>(
+          std::ranges::count_if(heights, [limit](std::int16_t z) { return static_cast<float>(z) > limit; }));
+    };
+    seen.high = higher(least);
+    seen.is_high = static_cast<float>(seen.high) >= std::max(3.0f, 0.1f * face_samples(x));
+    seen.is_tall = seen.high > 1 && higher(limits_.rays_from_m) > 1;
+    seen.height = std::clamp((top_m_(ix, iy) - ground_m) / matched_m, height_min, height_max);
   }
 }
 
@@ -328,8 +340,13 @@ float LowObstacles::matched_step_m(float row_m) const {
   return std::max(matched_mean * limits_.step_m, limits_.step_m - lost_rows_ * row_m);
 }
 
-float LowObstacles::face_samples(float row_m) const {
-  return matched_step_m(row_m) * cell_m_ / (row_m * row_m * static_cast<float>(column_step_));
+int LowObstacles::column_step(float x) const {
+  return std::max(static_cast<int>(camera_.focal_px * cell_m_ / (std::min(x, end_m_) * columns_enough)), 1);
+}
+
+float LowObstacles::face_samples(float x) const {
+  const float row_m{camera_.tangent_per_v * x};
+  return matched_step_m(row_m) * cell_m_ / (row_m * row_m * static_cast<float>(column_step(x)));
 }
 
 // Wrong matches are smaller than stones: the cell and those around it have as many high samples as the face of a step
@@ -340,7 +357,7 @@ bool LowObstacles::is_small(int ix, int iy) const {
     for (int x{std::max(ix - 1, columns_.begin)}; x <= std::min(ix + 1, columns_.end - 1); ++x)
       high += seen_(x, y).high;
   }
-  return static_cast<float>(high) < face_samples(camera_.tangent_per_v * places_.x_of(ix, iy));
+  return static_cast<float>(high) < face_samples(places_.x_of(ix, iy));
 }
 
 // Rays and the filter decide about tall things and the cells beside them, into which the matcher's window smears them.

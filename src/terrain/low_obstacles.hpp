@@ -30,7 +30,8 @@ class LowObstacles {
             const ForRanges& for_ranges) {
     const int first_row{begin(terrain, window)};
     for_ranges(samples_.height() - first_row, [&](int begin, int end) {
-      for (int v{first_row + begin}; v < first_row + end; ++v) read_row(obstacle, road, v);
+      for (int v{first_row + begin}; v < first_row + end; ++v)
+        read_[static_cast<std::size_t>(v)] = read_row(obstacle, road, v);
     });
     sort_samples(first_row);
     for_rows(for_ranges, [&](int iy) { set_levels(terrain, iy); });
@@ -42,11 +43,14 @@ class LowObstacles {
     check();
   }
 
-  /// The last find() shows something in the cell that is higher than the ground around it.
-  [[nodiscard]] bool is_high_at(float x_m, float y_m) const {
-    const int ix{static_cast<int>(origin_east_ + cos_ * x_m + sin_ * y_m)};
-    const int iy{static_cast<int>(origin_north_ + cos_ * y_m - sin_ * x_m)};
-    return is_within(ix, iy) && seen_(ix, iy).is_high;
+  /// Calls work(ix, iy) for the cells in which the last find() shows something higher than the ground around them.
+  template <class Work>
+  void for_high(const Work& work) const {
+    for (int iy{rows_.begin}; iy < rows_.end; ++iy) {
+      for (int ix{columns_.begin}; ix < columns_.end; ++ix) {
+        if (seen_(ix, iy).is_high) work(ix, iy);
+      }
+    }
   }
   /// Moves the memory with the window.
   void move(Scroll scroll) { memory_.move(scroll); }
@@ -63,12 +67,12 @@ class LowObstacles {
     memory_.exchange(state);
   }
   [[nodiscard]] std::size_t memory_bytes() const {
-    return memory_bytes_of(samples_, read_, sorted_, ranges_, level_m_, noise_m_, moments_, sums_, planes_, seen_,
-                           memory_);
+    return memory_bytes_of(samples_, read_, sorted_, ranges_, level_m_, top_m_, noise_m_, weights_, moments_, sums_,
+                           planes_, seen_, memory_);
   }
 
  private:
-  static constexpr int plane_passes{4};
+  static constexpr int plane_passes{3};
 
   struct Range {
     int begin;
@@ -77,9 +81,7 @@ class LowObstacles {
   /// A pixel over the frame's plane.
   struct Sample {
     std::int32_t cell;
-    std::int16_t z;     ///< 1/4096 m
-    std::uint8_t east;  ///< place in the cell, 1/256
-    std::uint8_t north;
+    std::int16_t z;  ///< 1/4096 m
   };
   /// Samples of a row of the image, and the box of the window that they are in.
   struct RowRead {
@@ -87,11 +89,23 @@ class LowObstacles {
     Range columns;
     Range rows;
   };
-  /// Sums of a weighted fit z = g + a·x + b·y; x and y in cells of the window, z in 1/4096 m.
-  struct Moments {
-    std::int64_t n, x, y, xx, xy, yy, z, xz, yz;
+  /// Weight of a cell, and the same times its level in 1/4096 m.
+  struct Weight {
+    double n;
+    double z;
+  };
+  /// Sums of a weighted fit z = g + a·x + b·y along a row of the window; x in cells, z in 1/4096 m. All are whole and
+  /// below 2^53, so that they are exact and do not depend on the order.
+  struct RowMoments {
+    double n, x, xx, z, xz;
 
-    void add(const Moments& of, std::int64_t times);
+    void add(const Weight& of, double at_x, double sign);
+  };
+  struct Moments {
+    RowMoments along;
+    double y, xy, yy, yz;
+
+    void add(const RowMoments& of, double at_y, double sign);
   };
   /// Ground around a cell.
   struct Plane {
@@ -116,9 +130,9 @@ class LowObstacles {
   [[nodiscard]] bool is_within(int ix, int iy) const {
     return ix >= columns_.begin && ix < columns_.end && iy >= rows_.begin && iy < rows_.end;
   }
-  [[nodiscard]] std::span<Sample> samples_of(int ix, int iy);
+  [[nodiscard]] std::span<std::int16_t> heights_of(int ix, int iy);
   int begin(const Terrain& terrain, const GridInVehicle& window);
-  void read_row(View<const float> obstacle, View<const float> road, int v);
+  [[nodiscard]] RowRead read_row(View<const float> obstacle, View<const float> road, int v);
   void sort_samples(int first_row);
   void set_levels(const Terrain& terrain, int iy);
   void sum_along(int iy, int pass);
@@ -128,7 +142,9 @@ class LowObstacles {
   /// Height that the matcher leaves of a step, where a row of the image is row_m high.
   [[nodiscard]] float matched_step_m(float row_m) const;
   /// Samples of the face of such a step that is a cell wide.
-  [[nodiscard]] float face_samples(float row_m) const;
+  [[nodiscard]] float face_samples(float x) const;
+  /// Columns between samples on ground x m ahead.
+  [[nodiscard]] int column_step(float x) const;
   [[nodiscard]] bool is_small(int ix, int iy) const;
   void leave_tall_obstacles(int ix, int iy);
   void check();
@@ -140,22 +156,23 @@ class LowObstacles {
   float lost_rows_;  ///< rows of a face that the matcher's window takes
   TerrainCamera camera_;
   CellPlaces places_;
-  float least_px_{0};   ///< disparity at the end
-  int column_step_{1};  ///< columns between samples
+  float end_m_{0};  ///< range of samples
   float origin_east_{0};
   float origin_north_{0};
   float cos_{1};
   float sin_{0};
   Range columns_{0, 0};  // box of the window that has samples
   Range rows_{0, 0};
-  Image<Sample> samples_;      // by row of the image
-  std::vector<RowRead> read_;  // by row of the image
-  std::vector<Sample> sorted_;
-  Image<Range> ranges_;   // by cell: its samples in sorted_
-  Image<float> level_m_;  // median; NaN: none
+  Image<Sample> samples_;             // by row of the image
+  std::vector<RowRead> read_;         // by row of the image
+  std::vector<std::int16_t> sorted_;  // heights by cell
+  Image<Range> ranges_;               // by cell: its samples in sorted_
+  Image<float> level_m_;              // median; NaN: none
+  Image<float> top_m_;                // upper decile
   Image<float> noise_m_;
-  Image<Moments> moments_;     // sums along a row
-  std::vector<Moments> sums_;  // moments of the cells of a row
+  Image<Weight> weights_;
+  Image<RowMoments> moments_;
+  std::vector<Moments> sums_;  // moments of a row's cells
   Image<Plane> planes_;
   Image<Seen> seen_;
   HeightMemory memory_;

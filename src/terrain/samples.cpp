@@ -80,14 +80,13 @@ struct LineSums {
   Sums dr;
 
  private:
-  // Written out, which g++ turns into vectors.
+  // In sums of three, in loops that g++ turns into vectors.
   static Sums around(const Rows& of) {
     static_assert(line_rows == 4);
+    std::array<float, tile_rows + 6> threes;
+    for (std::size_t k{0}; k < threes.size(); ++k) threes[k] = of[k] + of[k + 1] + of[k + 2];
     Sums sums;
-    for (std::size_t k{0}; k < sums.size(); ++k) {
-      sums[k] =
-          0.0f + of[k] + of[k + 1] + of[k + 2] + of[k + 3] + of[k + 4] + of[k + 5] + of[k + 6] + of[k + 7] + of[k + 8];
-    }
+    for (std::size_t k{0}; k < sums.size(); ++k) sums[k] = threes[k] + threes[k + 3] + threes[k + 6];
     return sums;
   }
 };
@@ -140,22 +139,29 @@ void TerrainSamples::place(int sector, const Rings& rings) {
     z[v] = height_m - s.tangent(static_cast<float>(v)) * x[v];
   }
   mark_upright(sector);
-  std::fill_n(first_.row(sector), first_.width(), static_cast<std::int16_t>(no_row));
-  std::fill_n(spread_.row(sector), spread_.width(), 0.0f);
-  std::fill_n(spread_count_.row(sector), spread_count_.width(), 0.0f);
+  std::int16_t* const first{first_.row(sector)};
+  std::int16_t* const next{next_.row(sector)};
+  float* const spread{spread_.row(sector)};
+  float* const spread_count{spread_count_.row(sector)};
+  std::fill_n(first, first_.width(), static_cast<std::int16_t>(no_row));
+  std::fill_n(spread, spread_.width(), 0.0f);
+  std::fill_n(spread_count, spread_count_.width(), 0.0f);
+  const bool is_last{sector + 1 == sectors()};
+  const float* const beside{disparity_.row(is_last ? sector : sector + 1) + line_rows};
+  const auto places = static_cast<float>(rings.places());
+  const float roll_px{camera_.tangent_per_u * sector_px * focal_baseline_pxm / height_m};
   for (int v{first_row_}; v < height_px_; ++v) {
-    const int ring{s.disparity[v] > 0 ? rings.at_disparity(s.disparity[v]) : no_ring};
+    const float there{s.disparity[v]};
+    const int ring{there > 0 ? rings.at_place(static_cast<int>(std::min(there * Rings::places_per_px, places)))
+                             : no_ring};
     if (ring == no_ring) continue;
-    next_(v, sector) = first_(ring, sector);
-    first_(ring, sector) = static_cast<std::int16_t>(v);
-    if (sector + 1 == sectors() || s.upright[v] != 0) continue;
-    const float beside{disparity_(v + line_rows, sector + 1)};
-    const float difference{
-        std::abs(beside - s.disparity[v] -
-                 camera_.tangent_per_u * sector_px * s.disparity[v] / s.tangent(static_cast<float>(v)))};
-    if (!(beside > 0) || !(difference < spread_max_px)) continue;
-    spread_(ring, sector) += difference;
-    spread_count_(ring, sector) += 1;
+    next[v] = first[ring];
+    first[ring] = static_cast<std::int16_t>(v);
+    if (is_last || s.upright[v] != 0) continue;
+    const float difference{std::abs(beside[v] - there - roll_px)};
+    if (!(beside[v] > 0) || !(difference < spread_max_px)) continue;
+    spread[ring] += difference;
+    spread_count[ring] += 1;
   }
 }
 

@@ -150,20 +150,28 @@ void settle_sector(int sector, View<const SectorWalk> walks, int rings, PolarCel
 
 namespace {
 
-void spread_to(const PolarCell* from, int rings, PolarCell* cells) {
+bool spread_to(const PolarCell* from, int rings, PolarCell* cells) {
+  bool is_spread{false};
   for (int ring{0}; ring < rings; ++ring) {
     const bool is_behind_edge{from[ring].kind == TerrainClass::hidden || from[ring].kind == TerrainClass::drop};
-    if (is_behind_edge && cells[ring].kind == TerrainClass::unknown) cells[ring].kind = TerrainClass::hidden;
+    if (!is_behind_edge || cells[ring].kind != TerrainClass::unknown) continue;
+    cells[ring].kind = TerrainClass::hidden;
+    is_spread = true;
   }
+  return is_spread;
 }
 
 }  // namespace
 
 void spread_hidden(int rings, View<PolarCell> cells) {
   constexpr int spread_sectors{8};
-  for (int step{0}; step < spread_sectors; ++step) {
-    for (int sector{cells.height - 1}; sector > 0; --sector) spread_to(cells.row(sector - 1), rings, cells.row(sector));
-    for (int sector{0}; sector + 1 < cells.height; ++sector) spread_to(cells.row(sector + 1), rings, cells.row(sector));
+  bool is_spread{true};
+  for (int step{0}; step < spread_sectors && is_spread; ++step) {
+    is_spread = false;
+    for (int sector{cells.height - 1}; sector > 0; --sector)
+      is_spread |= spread_to(cells.row(sector - 1), rings, cells.row(sector));
+    for (int sector{0}; sector + 1 < cells.height; ++sector)
+      is_spread |= spread_to(cells.row(sector + 1), rings, cells.row(sector));
   }
 }
 

@@ -57,7 +57,12 @@ class Terrain {
     for_ranges(sectors, [&](int first, int end) { samples_.read(first, end, obstacle, road); });
     for_sectors([&](int sector) { samples_.place(sector, rings_); });
     begin_walks();
-    for_sectors([&](int sector) { trenches_.find(camera_, limits_, samples_, sector); });
+    for_sectors([&](int sector) {
+      if (sector % TrenchFilter::step == 0) trenches_.find(camera_, limits_, samples_, sector);
+    });
+    for_sectors([&](int sector) {
+      if (sector % TrenchFilter::step != 0) trenches_.find_between(camera_, limits_, samples_, sector);
+    });
     trenches_.connect(camera_, limits_, samples_);
     for_sectors([&](int sector) {
       walk_sector(input(), sector, std::as_const(trenches_).at(sector), cells_.view(), walks_(sector, 0));

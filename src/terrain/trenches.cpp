@@ -73,20 +73,23 @@ TrenchFit fitted(const Sums& sums) {
 
 // Mean disparity of a sector and its neighbours by row, from at least half of them; 0: none.
 void write_means(const TerrainSamples& samples, int sector, float* mean) {
-  std::array<const float*, 2 * sectors_beside + 1> disparities{};
-  for (int i{0}; i <= 2 * sectors_beside; ++i) {
-    const int beside{std::clamp(sector - sectors_beside + i, 0, samples.sectors() - 1)};
-    disparities[static_cast<std::size_t>(i)] = samples.rows(beside).disparity;
-  }
+  constexpr int tile_rows{64};
   const SectorRows rows{samples.rows(sector)};
-  for (int v{rows.first_row}; v < rows.end_row; ++v) {
-    float sum{0};
-    float count{0};
-    for (const float* const disparity : disparities) {
-      sum += disparity[v];
-      count += disparity[v] > 0 ? 1.0f : 0.0f;
+  for (int begin{rows.first_row}; begin < rows.end_row; begin += tile_rows) {
+    const int end{std::min(begin + tile_rows, rows.end_row)};
+    std::array<float, tile_rows> sum{};
+    std::array<float, tile_rows> count{};
+    for (int i{-sectors_beside}; i <= sectors_beside; ++i) {
+      const float* const disparity{samples.rows(std::clamp(sector + i, 0, samples.sectors() - 1)).disparity + begin};
+      for (std::size_t k{0}; k < static_cast<std::size_t>(end - begin); ++k) {
+        sum[k] += disparity[k];
+        count[k] += static_cast<float>(disparity[k] > 0);
+      }
     }
-    mean[v] = count > sectors_beside ? sum / count : 0.0f;
+    for (int v{begin}; v < end; ++v) {
+      const auto k = static_cast<std::size_t>(v - begin);
+      mean[v] = count[k] > sectors_beside ? sum[k] / count[k] : 0.0f;
+    }
   }
 }
 
@@ -176,10 +179,22 @@ TrenchFilter::TrenchFilter(int height_px, int sectors, int window_rows)
 
 void TrenchFilter::find(const TerrainCamera& camera, const TerrainLimits& limits, const TerrainSamples& samples,
                         int sector) {
-  write_means(samples, sector, disparity_.row(sector));
   Search search{0.7f, 1.6f, 130, 70, rest_alone_px, 0.05f};
   place(search, camera, limits, samples, sector);
-  found_[static_cast<std::size_t>(sector)] = best(search, search.rows.end_row, search.rows.first_row);
+  at(sector) = best(search, search.rows.end_row, search.rows.first_row);
+}
+
+void TrenchFilter::find_between(const TerrainCamera& camera, const TerrainLimits& limits, const TerrainSamples& samples,
+                                int sector) {
+  at(sector).reset();
+  for (const int side : {-1, 1}) {
+    const Trench* const other{beside(sector, side, step - 1, no_row)};
+    if (other == nullptr) continue;
+    Search search{0.7f, 1.6f, 130, 70, rest_alone_px, 0.05f};
+    place(search, camera, limits, samples, sector);
+    const std::optional<Trench> found{best(search, other->row + chain_rows, other->row - chain_rows)};
+    if (found && (!at(sector) || found->gain > at(sector)->gain)) at(sector) = found;
+  }
 }
 
 void TrenchFilter::connect(const TerrainCamera& camera, const TerrainLimits& limits, const TerrainSamples& samples) {
@@ -212,7 +227,8 @@ void TrenchFilter::connect(const TerrainCamera& camera, const TerrainLimits& lim
 }
 
 void TrenchFilter::place(Search& search, const TerrainCamera& camera, const TerrainLimits& limits,
-                         const TerrainSamples& samples, int sector) const {
+                         const TerrainSamples& samples, int sector) {
+  write_means(samples, sector, disparity_.row(sector));
   search.camera = &camera;
   search.limits = &limits;
   search.rows = samples.rows(sector);

@@ -39,11 +39,18 @@ struct TrenchFit {
 /// Finds trenches by a matched filter over the rows of a sector (docs/terrain.md, "Trenches").
 class TrenchFilter {
  public:
+  /// Sectors from one that is searched to the next.
+  static constexpr int step{4};
+
   /// `window_rows`: rows over which the matcher smears a jump.
   TrenchFilter(int height_px, int sectors, int window_rows);
 
   /// Finds the most certain trench of a sector. Sectors can be searched at the same time.
   void find(const TerrainCamera& camera, const TerrainLimits& limits, const TerrainSamples& samples, int sector);
+  /// Finds that of a sector between two that have been searched, near the rows of theirs: their mean disparities are
+  /// mostly of the same sectors.
+  void find_between(const TerrainCamera& camera, const TerrainLimits& limits, const TerrainSamples& samples,
+                    int sector);
   /// Extends long chains of trenches to sectors beside them, once all sectors have been searched.
   void connect(const TerrainCamera& camera, const TerrainLimits& limits, const TerrainSamples& samples);
 
@@ -71,7 +78,7 @@ class TrenchFilter {
 
   [[nodiscard]] std::optional<Trench>& at(int sector) { return found_[static_cast<std::size_t>(sector)]; }
   void place(Search& search, const TerrainCamera& camera, const TerrainLimits& limits, const TerrainSamples& samples,
-             int sector) const;
+             int sector);
   /// Nearest trench to one side of a sector, with its edge near `row`; no_row: in any row.
   [[nodiscard]] Trench* beside(int sector, int side, int reach, int row);
   /// The most certain trench with its edge in rows `lowest` to `highest`, upwards.
