@@ -224,22 +224,23 @@ void FrameTerrain::limit_speed(bool is_usable, FrameResult& result) const {
   result.speed_limit_reason = range.reason;
 }
 
-// Of the cells with obstacles, edges and hidden ground. Rules of the window are without low obstacles.
+// Of the cells with obstacles, edges and hidden ground.
 void FrameTerrain::drop_witnesses() {
   for (int iy{0}; iy < window_rules_.height(); ++iy) {
     for_cells(window_rules_.row(iy), window_rules_.width(), [&](int begin, int end, CellRule rule) {
       if (rule != CellRule::ground_not_seen && !is_ground(rule)) witness_.drop(iy, begin, end);
     });
   }
-  low_obstacles_.for_high([&](int x, int y) { witness_.drop(y, x, x + 1); });
 }
 
+// Rules of the window are without low obstacles.
 void FrameTerrain::see_ground() {
   for (int iy{0}; iy < window_rules_.height(); ++iy) {
     for_cells(window_rules_.row(iy), window_rules_.width(), [&](int begin, int end, CellRule rule) {
       if (is_ground(rule)) witness_.see(iy, begin, end);
     });
   }
+  low_obstacles_.for_high([&](int x, int y) { witness_.drop(y, x, x + 1); });
 }
 
 void FrameTerrain::see_claims(const std::function<bool(Point2)>& claims_free) {
