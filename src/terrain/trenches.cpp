@@ -73,12 +73,12 @@ TrenchFit fitted(const Sums& sums) {
 
 // Mean disparity of a sector and its neighbours by row, from at least half of them; 0: none.
 void write_means(const TerrainSamples& samples, int sector, float* mean) {
-  constexpr int tile_rows{64};
+  constexpr int block_rows{64};
   const SectorRows rows{samples.rows(sector)};
-  for (int begin{rows.first_row}; begin < rows.end_row; begin += tile_rows) {
-    const int end{std::min(begin + tile_rows, rows.end_row)};
-    std::array<float, tile_rows> sum{};
-    std::array<float, tile_rows> count{};
+  for (int begin{rows.first_row}; begin < rows.end_row; begin += block_rows) {
+    const int end{std::min(begin + block_rows, rows.end_row)};
+    std::array<float, block_rows> sum{};
+    std::array<float, block_rows> count{};
     for (int i{-sectors_beside}; i <= sectors_beside; ++i) {
       const float* const disparity{samples.rows(std::clamp(sector + i, 0, samples.sectors() - 1)).disparity + begin};
       for (std::size_t k{0}; k < static_cast<std::size_t>(end - begin); ++k) {

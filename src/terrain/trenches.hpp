@@ -40,7 +40,7 @@ struct TrenchFit {
 class TrenchFilter {
  public:
   /// Sectors from one that is searched to the next.
-  static constexpr int step{4};
+  static constexpr int step{3};
 
   /// `window_rows`: rows over which the matcher smears a jump.
   TrenchFilter(int height_px, int sectors, int window_rows);
