@@ -127,8 +127,8 @@ std::optional<Plane<std::uint8_t>> bytes_of(const Image<Byte>& image, nb::handle
   static_assert(sizeof(Byte) == 1);
   if (image.empty()) return std::nullopt;
   return Plane<std::uint8_t>{reinterpret_cast<const std::uint8_t*>(image.data()),
-          {static_cast<std::size_t>(image.height()), static_cast<std::size_t>(image.width())},
-          owner};
+                             {static_cast<std::size_t>(image.height()), static_cast<std::size_t>(image.width())},
+                             owner};
 }
 
 void bind_grids(nb::class_<Result>& result) {

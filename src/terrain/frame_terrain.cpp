@@ -224,7 +224,7 @@ void FrameTerrain::limit_speed(bool is_usable, FrameResult& result) const {
   result.speed_limit_reason = range.reason;
 }
 
-// Of the cells with obstacles, edges and hidden ground.
+// Drops those of the cells with obstacles, edges and hidden ground.
 void FrameTerrain::drop_witnesses() {
   for (int iy{0}; iy < window_rules_.height(); ++iy) {
     for_cells(window_rules_.row(iy), window_rules_.width(), [&](int begin, int end, CellRule rule) {

@@ -267,7 +267,7 @@ TEST(Witness, EndsWhereAnEdgeIsSeen) {
   EXPECT_GE(frame.filtered_at(5), 0.5f) << "not remembered";
 }
 
-// Of a stone that only the pixels show, in the vehicle's grid.
+// A stone that only the pixels show, in the vehicle's grid.
 TEST(Witness, EndsWhereALowObstacleIsSeen) {
   FrameOf frame{ramp(5, 0)};
   EXPECT_EQ(frame.filtered_at(4.1), 0);
