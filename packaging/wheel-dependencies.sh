@@ -24,7 +24,7 @@ python3 -m pip download --quiet --no-deps --no-binary opencv-python-headless --d
 tar -xzf "$folder"/opencv*.tar.gz -C "$folder"
 cmake -G Ninja -S "$folder/opencv_python_headless-$version/opencv" -B "$folder/build" -DCMAKE_BUILD_TYPE=Release \
   -DCMAKE_INSTALL_PREFIX="$prefix" -DBUILD_SHARED_LIBS=OFF -DENABLE_PIC=ON -DBUILD_LIST=core,imgproc,calib3d,video \
-  -DCPU_DISPATCH=AVX2 -DWITH_LAPACK=OFF -DWITH_EIGEN=OFF -DWITH_IPP=OFF -DWITH_ITT=OFF -DWITH_OPENCL=OFF -DWITH_VA=OFF \
+  -DCPU_DISPATCH=AVX2 -DWITH_LAPACK=OFF -DWITH_EIGEN=OFF -DWITH_IPP=OFF -DWITH_ITT=OFF -DWITH_OPENCL=OFF -DWITH_VA=OFF -DWITH_ADE=OFF \
   -DWITH_OPENJPEG=OFF -DWITH_PROTOBUF=OFF -DWITH_JASPER=OFF -DBUILD_TESTS=OFF -DBUILD_PERF_TESTS=OFF \
   -DBUILD_opencv_apps=OFF -DBUILD_JAVA=OFF
 ninja -C "$folder/build" install
