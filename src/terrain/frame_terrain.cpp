@@ -42,6 +42,16 @@ CellIndex cell_of(const CellPlaces& places, int ix, int iy) {
   return {static_cast<int>(std::floor(places.x_of(ix, iy))), static_cast<int>(std::floor(places.y_of(ix, iy)))};
 }
 
+// Cells begin … end − 1 of a row that no frame has observed. Without branches, for vectors.
+bool are_unseen(const FrameResult& result, int iy, int begin, int end) {
+  const float* const observed{result.observed.row(iy)};
+  const float* const age_s{result.vehicle.age_s.row(iy)};
+  int seen{0};
+  for (int i{begin}; i < end; ++i)
+    seen |= static_cast<int>(observed[i] < 0.5f) | static_cast<int>(age_s[i] <= std::numeric_limits<float>::max());
+  return seen == 0;
+}
+
 bool is_ground(CellRule rule) {
   return rule == CellRule::as_observed || rule == CellRule::free;
 }
@@ -251,31 +261,36 @@ void FrameTerrain::see_claims(const std::function<bool(Point2)>& claims_free) {
 }
 
 // Memory is that of earlier frames.
-CellWitness FrameTerrain::witness_of(int ix, int iy, const CellPlaces& places, bool is_usable) const {
-  const CellRule rule{is_usable ? vehicle_rules_(ix, iy) : CellRule::ground_not_seen};
+CellWitness FrameTerrain::witness_of(CellRule rule, CellIndex window_cell) const {
   if (is_ground(rule)) return CellWitness::of(Witness::ground);
-  if (rule != CellRule::ground_not_seen) return {};
-  const CellIndex cell{cell_of(places, ix, iy)};
-  if (!witness_.has(cell.ix, cell.iy)) return {};
-  return CellWitness::of(Witness::memory, witness_.age_s(cell.ix, cell.iy));
+  if (rule != CellRule::ground_not_seen || !witness_.has(window_cell.ix, window_cell.iy)) return {};
+  return CellWitness::of(Witness::memory, witness_.age_s(window_cell.ix, window_cell.iy));
 }
 
 void FrameTerrain::bound_vehicle(bool is_usable, const std::function<bool(Point2)>& claims_free,
                                  FrameResult& result) const {
   const CellPlaces places{vehicle_in_window()};
-  for (int iy{0}; iy < vehicle_grid_.ny; ++iy) {
-    for (int ix{0}; ix < vehicle_grid_.nx; ++ix) {
-      CellWitness witness{witness_of(ix, iy, places, is_usable)};
-      if (witness.kind() != Witness::ground && claims_free && claims_free(vehicle_grid_.centre(ix, iy)))
-        witness = CellWitness::of(Witness::source);
-      float& observed{result.observed(ix, iy)};
-      if (!witness.allows_free()) {
-        if (observed < 0.5f) witness = CellWitness::of(Witness::passable);
-        for (float* const occupancy : {&observed, &result.vehicle.occupancy(ix, iy)})
-          *occupancy = std::max(*occupancy, 0.5f);
-      }
-      result.witness(ix, iy) = witness;
+  const auto bound_cell = [&](int ix, int iy, CellRule rule) {
+    CellWitness witness{witness_of(rule, cell_of(places, ix, iy))};
+    if (witness.kind() != Witness::ground && claims_free && claims_free(vehicle_grid_.centre(ix, iy)))
+      witness = CellWitness::of(Witness::source);
+    float& observed{result.observed(ix, iy)};
+    if (!witness.allows_free()) {
+      if (observed < 0.5f) witness = CellWitness::of(Witness::passable);
+      for (float* const occupancy : {&observed, &result.vehicle.occupancy(ix, iy)})
+        *occupancy = std::max(*occupancy, 0.5f);
     }
+    result.witness(ix, iy) = witness;
+  };
+  for (int iy{0}; iy < vehicle_grid_.ny; ++iy) {
+    CellWitness* const witnesses{result.witness.row(iy)};
+    for_cells(vehicle_rules_.row(iy), vehicle_grid_.nx, [&](int begin, int end, CellRule rule) {
+      if (!is_usable) rule = CellRule::ground_not_seen;
+      if (is_ground(rule)) return std::fill(witnesses + begin, witnesses + end, CellWitness::of(Witness::ground));
+      if (!claims_free && are_unseen(result, iy, begin, end))
+        return std::fill(witnesses + begin, witnesses + end, CellWitness{});
+      for (int ix{begin}; ix < end; ++ix) bound_cell(ix, iy, rule);
+    });
   }
 }
 

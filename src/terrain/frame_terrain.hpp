@@ -82,7 +82,7 @@ class FrameTerrain {
   void drop_witnesses();
   void see_ground();
   void see_claims(const std::function<bool(Point2)>& claims_free);
-  [[nodiscard]] CellWitness witness_of(int ix, int iy, const CellPlaces& places, bool is_usable) const;
+  [[nodiscard]] CellWitness witness_of(CellRule rule, CellIndex window_cell) const;
   void bound_vehicle(bool is_usable, const std::function<bool(Point2)>& claims_free, FrameResult& result) const;
   [[nodiscard]] CellPlaces vehicle_in_window() const;
 
