@@ -42,13 +42,15 @@ CellIndex cell_of(const CellPlaces& places, int ix, int iy) {
   return {static_cast<int>(std::floor(places.x_of(ix, iy))), static_cast<int>(std::floor(places.y_of(ix, iy)))};
 }
 
-// Cells begin … end − 1 of a row that no frame has observed. Without branches, for vectors.
+// Cells begin … end − 1 of a row are unknown, and no frame has observed them. Without branches, for vectors.
 bool are_unseen(const FrameResult& result, int iy, int begin, int end) {
   const float* const observed{result.observed.row(iy)};
+  const float* const filtered{result.vehicle.occupancy.row(iy)};
   const float* const age_s{result.vehicle.age_s.row(iy)};
   int seen{0};
   for (int i{begin}; i < end; ++i)
-    seen |= static_cast<int>(observed[i] < 0.5f) | static_cast<int>(age_s[i] <= std::numeric_limits<float>::max());
+    seen |= static_cast<int>(std::min(observed[i], filtered[i]) < 0.5f) |
+            static_cast<int>(age_s[i] <= std::numeric_limits<float>::max());
   return seen == 0;
 }
 
@@ -271,7 +273,8 @@ void FrameTerrain::bound_vehicle(bool is_usable, const std::function<bool(Point2
                                  FrameResult& result) const {
   const CellPlaces places{vehicle_in_window()};
   const auto bound_cell = [&](int ix, int iy, CellRule rule) {
-    CellWitness witness{witness_of(rule, cell_of(places, ix, iy))};
+    const bool is_unseen{are_unseen(result, iy, ix, ix + 1)};
+    CellWitness witness{is_unseen ? CellWitness{} : witness_of(rule, cell_of(places, ix, iy))};
     if (witness.kind() != Witness::ground && claims_free && claims_free(vehicle_grid_.centre(ix, iy)))
       witness = CellWitness::of(Witness::source);
     float& observed{result.observed(ix, iy)};
