@@ -93,10 +93,10 @@ constexpr OtherFormat other_formats[]{{".jp2", "JPEG 2000"},   {".j2k", "JPEG 20
 /// "12 files .jp2 (JPEG 2000)"; empty: none of the formats that people bring.
 std::string other_images_in(const fs::path& folder) {
   const std::vector<fs::path> entries{entries_of(folder)};
-  for (const auto& [extension, name] : other_formats) {
+  for (const OtherFormat& format : other_formats) {
     const auto count{std::ranges::count_if(
-        entries, [&](const fs::path& entry) { return lowercase(entry.extension().string()) == extension; })};
-    if (count > 0) return fmt::format("{} files {} ({})", count, extension, name);
+        entries, [&](const fs::path& entry) { return lowercase(entry.extension().string()) == format.extension; })};
+    if (count > 0) return fmt::format("{} files {} ({})", count, format.extension, format.name);
   }
   return {};
 }
