@@ -262,7 +262,7 @@ TEST_F(Layouts, FormatsThatAreNotReadAreNamed) {
       {"1 files .jp2 (JPEG 2000)"});
   for (const auto& [name, what] : {std::array{"a.svo2", "ZED"}, std::array{"a.zip", "zip archive"}}) {
     put(folder_ / name, "x");
-    expect_error([&] { static_cast<void>(open_recording({{folder_ / name}, {}, "none"})); }, {name, what});
+    expect_error([&, name = name] { static_cast<void>(open_recording({{folder_ / name}, {}, "none"})); }, {name, what});
   }
 }
 

@@ -343,7 +343,7 @@ constexpr const char* kalibr_camera{
 TEST_F(OtherFormats, KalibrThroughTheImu) {
   for (const auto& [key, left, right] :
        {std::array{"T_cam_imu", "0.04", "-0.21"}, std::array{"T_imu_cam", "0", "0.25"}}) {
-    const auto transform{[&](const char* x) {
+    const auto transform{[key = key](const char* x) {
       return fmt::format("  {}: [[1, 0, 0, {}], [0, 1, 0, 0.2], [0, 0, 1, -0.1], [0, 0, 0, 1]]\n", key, x);
     }};
     expect_pair(
