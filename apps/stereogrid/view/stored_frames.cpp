@@ -37,7 +37,7 @@ Image<float> layer_of(const Arrays& arrays, const std::string& name, int layer, 
   return image;
 }
 
-// Runs before version 0.2 have none.
+// Runs of older versions have none.
 Image<CellWitness> witness_of(const Arrays& arrays, const GridGeometry& grid) {
   const Image<float> bytes{layer_of(arrays, "witness", 0, grid, 0)};
   Image<CellWitness> witness{grid.nx, grid.ny};
