@@ -91,12 +91,13 @@ STEREOGRID_HD inline Matrix3 inverse(const Matrix3& a) {
   return result;
 }
 
-/// For a symmetric matrix: all leading minors above 0.
+/// For a symmetric matrix: all pivots of its elimination above 0, and above what rounding makes of 0.
 STEREOGRID_HD inline bool is_positive_definite(const Matrix3& a) {
+  constexpr double rounding{1e-9};  // share of the diagonal
   const double minor2{a[0][0] * a[1][1] - a[0][1] * a[1][0]};
   const double determinant{a[2][0] * (a[0][1] * a[1][2] - a[0][2] * a[1][1]) -
                            a[2][1] * (a[0][0] * a[1][2] - a[0][2] * a[1][0]) + a[2][2] * minor2};
-  return a[0][0] > 0 && minor2 > 0 && determinant > 0;
+  return a[0][0] > 0 && minor2 > rounding * a[0][0] * a[1][1] && determinant > rounding * minor2 * a[2][2];
 }
 
 }  // namespace stereogrid

@@ -129,6 +129,7 @@ LowObstacles::RowRead LowObstacles::read_row(View<const float> obstacle, View<co
   const float most{std::min(limits_.height_m, highest_m) * per_m};
   const float tangent{camera.tangent(0, static_cast<float>(v))};
   const float least_px{camera.focal_baseline_pxm / end_m_};
+  const float most_px{camera.focal_baseline_pxm / cell_m_};  // cells whose middle is behind the camera have no samples
   const float sin_per_px{sin_ / camera.focal_px};
   const float cos_per_px{cos_ / camera.focal_px};
   const auto add = [](int cell, Range& range) { range = {std::min(range.begin, cell), std::max(range.end, cell)}; };
@@ -142,7 +143,7 @@ LowObstacles::RowRead LowObstacles::read_row(View<const float> obstacle, View<co
       const float disparity{std::max(of_obstacles[u], of_road[u])};
       columns[read] = static_cast<float>(u);
       disparities[read] = disparity;
-      read += disparity >= least_px ? 1 : 0;
+      read += disparity >= least_px && disparity <= most_px ? 1 : 0;
     }
     for (std::size_t i{0}; i < read; ++i) {
       const float x{camera.focal_baseline_pxm / disparities[i]};

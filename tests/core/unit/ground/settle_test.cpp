@@ -191,12 +191,15 @@ RoadPlane plane_of(double height_m, double roll_rad = 0) {
   return road_plane(rig, ground);
 }
 
-TEST(Matrix3, IsPositiveDefiniteIfAllLeadingMinorsAre) {
+TEST(Matrix3, IsPositiveDefiniteIfAllPivotsAreAboveRounding) {
   EXPECT_TRUE(is_positive_definite(diagonal({{1, 2, 3}})));
   Matrix3 matrix{diagonal({{1, 1, 1}})};
   matrix[0][2] = matrix[2][0] = matrix[1][2] = matrix[2][1] = 0.6;
   EXPECT_TRUE(is_positive_definite(matrix));
   matrix[0][2] = matrix[2][0] = matrix[1][2] = matrix[2][1] = 0.9;
+  EXPECT_FALSE(is_positive_definite(matrix));
+  matrix[0][2] = matrix[2][0] = 0;
+  matrix[1][2] = matrix[2][1] = 1 - 1e-12;
   EXPECT_FALSE(is_positive_definite(matrix));
 }
 
