@@ -1,5 +1,4 @@
 #!/usr/bin/env bash
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
 # Builds everything and runs all tests but the longest (label "long"). Arguments go to ctest instead, e.g.

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Times the whole chain, from images in memory to obstacles, stage by stage: wall-clock time on two threads, or as many

@@ -1,5 +1,4 @@
 #!/usr/bin/python3
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Latency, loss and CPU of ROS 2's messages between two processes of this machine, as Markdown.
 

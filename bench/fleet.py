@@ -1,5 +1,4 @@
 #!/usr/bin/python3
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Bytes that a frame takes, as Markdown, of the input and of each kind of output: fleet.py STEREOGRID INPUT..."""
 import json

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Scaling of time and memory of the default chain from the paper's size on: image width and height, disparities, cells,

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Frames for instructions.py to count the instructions of: the built-in scene of the paper's size in the default

@@ -1,5 +1,4 @@
 #!/usr/bin/env python3
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Counts the instructions of a frame's stages with callgrind, which has AVX2 whatever the processor: figures that do not
 depend on what else runs.

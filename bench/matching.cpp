@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Times our matchers and OpenCV's on the same pairs in one run and prints the ratios. Ours match two hypotheses

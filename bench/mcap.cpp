@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Times writing of MCAP files against fwrite() of the same messages, in turns within one run, and prints the ratios.

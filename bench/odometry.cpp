@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Drift and time of the visual odometry: bench_odometry INPUT..., each a recording with poses or a scene:NAME, against

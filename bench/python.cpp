@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // The C++ side of python.py, a library for ctypes: a pipeline whose frames' pixels are in foreign memory.

@@ -1,5 +1,4 @@
 #!/usr/bin/env python3
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Time that a frame takes outside the pipeline's own clock (timing_ms.total), in C++ and in Python in turns, as Markdown:
 checks, call and release of the previous result.

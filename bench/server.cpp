@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Latency of grids of 400 × 400 cells (int8, 30 a second) at clients on the same machine, from the call of send() to

@@ -1,5 +1,4 @@
 #!/usr/bin/python3
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Memory of `stereogrid live ros2:… --ros2` while nodes of ROS 2 come and go, as Markdown.
 

@@ -1,4 +1,3 @@
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
 # cmake -D VERSION=… -D ROOT=… -D OUTPUT=… -P build_id.cmake

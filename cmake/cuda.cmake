@@ -1,4 +1,3 @@
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
 # With STEREOGRID_CUDA: the language CUDA and its settings. nvcc is looked for in PATH, then where NVIDIA's packages put

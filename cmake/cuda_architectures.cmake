@@ -1,4 +1,3 @@
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 
 # Default CUDA architectures: machine code for each GPU that the compiler supports, and PTX of the last for later ones.

@@ -1,4 +1,3 @@
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 
 # stereogrid_embed(FOLDER FUNCTION OUTPUT): the files of a folder as C++. The function, declared in connect/page.hpp,

@@ -1,4 +1,3 @@
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
 # Common properties of the libraries: shared or static according to BUILD_SHARED_LIBS, visible symbols only with

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Images in memory of another program, here of a camera driver that has both side by side in one buffer: the pipeline

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // A camera that delivers both images side by side, as most USB stereo cameras do, up to the costmap of a planner:

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Time until the vehicle hits an obstacle if it goes straight on at constant speed. Searches its path in the predicted

@@ -1,5 +1,4 @@
 #!/usr/bin/env python3
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Changes one option of the default preset at a time and scores the grids against lidar: prints Markdown
 tables, which scripts/measure.py keeps.

@@ -1,5 +1,4 @@
 #!/usr/bin/env python3
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Scores other methods beside this library's variants, all on the same disparities, and prints Markdown tables, which
 scripts/measure.py keeps. The grids that scripts/score_runs.py scores are left out unless --only names them.

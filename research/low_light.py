@@ -1,5 +1,4 @@
 #!/usr/bin/env python3
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Scores both matching methods by day and in low light, as a Markdown table. Low light: grey levels times GAIN, plus noise
 of NOISE grey levels (standard deviation), in both images.

@@ -1,5 +1,4 @@
 #!/usr/bin/env python3
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Scores predicted grids against the exact truth of their target frame, beside the present grid as a prediction of the
 grid of then (a world that stands still).

@@ -1,5 +1,4 @@
 #!/usr/bin/env python3
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Scores random terrain layouts, pooled over their seeds, and the course with 24 hazards, as Markdown tables.
 

@@ -1,5 +1,4 @@
 #!/usr/bin/env bash
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
 # bare-debian.sh [COMMAND]: runs the README's commands, or COMMAND, in a bare Debian 12: debootstrap's minimal system, with the

@@ -1,5 +1,4 @@
 #!/usr/bin/env bash
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
 # Cross-compiles the core and its tests for 64-bit ARM (NEON) with warnings as errors, without oneTBB, and runs

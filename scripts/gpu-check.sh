@@ -1,5 +1,4 @@
 #!/usr/bin/env bash
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
 # Builds the CUDA part alone, tests it on this machine's GPU, measures its speed, and searches for errors with

@@ -1,5 +1,4 @@
 #!/usr/bin/env bash
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
 # install-cuda.sh [FOLDER]: installs the CUDA compiler (nvcc, runtime, CCCL, nvdisasm) from PyPI to FOLDER, by default

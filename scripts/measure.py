@@ -1,5 +1,4 @@
 #!/usr/bin/env python3
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Runs a program that prints Markdown tables and keeps them in bench/results.json, with date, machine and commit.
 

@@ -1,4 +1,3 @@
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Hooks of mkdocs.yml. Pages of constants and of results are generated. In all pages
 

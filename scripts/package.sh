@@ -1,5 +1,4 @@
 #!/usr/bin/env bash
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
 # package.sh [--debian] [BUILD_FOLDER [CMAKE_OPTION...]]: published files, in BUILD_FOLDER/packages (build/package): Debian

@@ -1,5 +1,4 @@
 #!/usr/bin/env bash
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
 # release.sh [FOLDER]: builds the published files of the checked-out commit: Debian packages, a wheel, an archive of the

@@ -1,5 +1,4 @@
 #!/usr/bin/python3
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Compares the results of two builds of the tool, or of two devices, to the bit: grids and stages array by array,
 frames.jsonl and run.json without timing, version, device and config, in all presets. Prints the first difference of

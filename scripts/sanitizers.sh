@@ -1,5 +1,4 @@
 #!/usr/bin/env bash
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
 # All tests, the slow ones too, under the address and undefined-behaviour sanitizers, then under the thread sanitizer.

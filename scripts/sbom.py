@@ -1,5 +1,4 @@
 #!/usr/bin/env python3
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """sbom.py VERSION PACKAGE.deb...: contents and dependencies of the packages, as SPDX 2.3 (JSON). Versions of what they
 need are those that are installed here, with which they were built. SOURCE_DATE_EPOCH is its date."""

@@ -1,5 +1,4 @@
 #!/usr/bin/env python3
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Runs the pipeline on inputs with lidar or exact truth or labelled boxes and prints the scores of their grids and
 obstacles, 3–20 m ahead, and of motion where the truth is exact, as Markdown tables. scripts/measure.py keeps them.

@@ -1,5 +1,4 @@
 #!/usr/bin/env bash
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
 # wheel.sh [FOLDER [PYTHON [NAME=VALUE...]]]: in FOLDER (build/wheel), for systems without the libraries that stereogrid

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 // What formulas need of vectors besides Highway's functions; numbers.hpp has the same for single numbers. Included once
 // per instruction set; the guard works per target.

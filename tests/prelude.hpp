@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Headers of nearly every test: GoogleTest and the standard library. Included by each support.hpp, and precompiled.

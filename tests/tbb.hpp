@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Subset of oneTBB for this project, on plain threads: for ARM without the library, and for the thread sanitizer, which

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 /** Sizes in bytes of the types that a message is made of in the end. No prototype: a type may be named "constructor". */
 const primitiveSizes = {

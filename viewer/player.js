@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 
 export const playerParameters = ['frame', 'time_s', 'playing', 'speed', 'frames', 'duration_s'].map((name) => `player.${name}`);

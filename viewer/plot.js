@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 // Parts of charts as SVG text, for the page and for reports of `evaluate`. Colours are CSS variables of theme.css.
 

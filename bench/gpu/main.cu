@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // bench_gpu [FRAMES]: times of a frame's work on a GPU, and what the card can do at best, as Markdown tables. Times of

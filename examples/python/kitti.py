@@ -1,5 +1,4 @@
 #!/usr/bin/env python3
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Occupancy grids of a KITTI sequence, or of any other drive: kitti.py DRIVE."""
 

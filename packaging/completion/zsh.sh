@@ -1,5 +1,4 @@
 #compdef stereogrid
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
 # Completion for zsh. The program itself answers what fits: `stereogrid __complete WORD...`.

@@ -1,4 +1,3 @@
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """The files of a drive, and a range of its frames: jobs of the Snakefile beside this file (docs/fleet.md).
 

@@ -1,4 +1,3 @@
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Joins the ranges of a run, scores it, and merges the scores of all runs: jobs of the Snakefile beside this file.
 

@@ -1,4 +1,3 @@
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Texts, tables and images of objects in interpreters and notebooks. Importing stereogrid installs them."""
 

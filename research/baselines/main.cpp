@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // stereogrid-baselines RUN OUT METHOD...: makes the grids of other methods from the disparities of a run with

@@ -1,4 +1,3 @@
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """The paper's formulas, to draw them. `config`: the group u_disparity of a run's config. A test compares them with what
 the pipeline computes."""

@@ -1,5 +1,4 @@
 #!/usr/bin/env python3
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Draws the paper's figures (docs/paper.md) of a drive or a built-in scene, from runs that it makes.
 

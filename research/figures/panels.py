@@ -1,4 +1,3 @@
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """The parts of a figure, each drawn into axes of Matplotlib."""
 import numpy as np

@@ -1,4 +1,3 @@
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Reads a folder of `stereogrid run` (docs/format.md), with its images and truth."""
 import json

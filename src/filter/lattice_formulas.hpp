@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Formulas of a cell and its masses over the velocity lattice, for numbers, on host and device, and for vectors of

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 // Compiled once per instruction set; Highway picks one at run time. Vectors run along the rows of a patch; what is
 // summed is summed by columns first, so results do not depend on how long vectors are: they are those of patch.cpp.

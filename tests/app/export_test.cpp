@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Exports equal the content of the run's folder. Maps are loaded by the rules of Nav2's map_server

@@ -1,5 +1,4 @@
 #!/usr/bin/env node
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 // Runs the script of a report of `evaluate` or `compare` without a browser and looks at what it puts into the page.
 // Usage: report_check.js REPORT.html

@@ -1,5 +1,4 @@
 #!/usr/bin/python3
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """scripts/same_results.py on runs that are equal, and on runs that differ by a parameter.
 

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Usage: node schemas_test.mjs VIEWER. What hostile schemas of a recording cost the page in folder VIEWER, and what other

@@ -1,5 +1,4 @@
 #!/usr/bin/python3
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Derives the witnesses of free cells again (docs/terrain.md, "Free has a witness"), from the files of a run alone.
 

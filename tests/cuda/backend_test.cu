@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Barriers, shuffles, atomics, shared memory and graphs: of the device, or of the emulator.

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Uses every host-and-device function of src/*/model.hpp in a kernel. There is nothing to run: this file guards that

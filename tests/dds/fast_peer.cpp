@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // A participant of Fast DDS, the other middleware of ROS 2, whose nav_msgs/OccupancyGrid is written out by hand for its

@@ -1,5 +1,4 @@
 #!/usr/bin/python3
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Runs the tool with preset `paper` and --save-stages, and works the saved u-disparity images and the observed grid out
 again from the saved disparities, the rig and the ground: paper_again.py TOOL INPUT"""

@@ -1,5 +1,4 @@
 #!/usr/bin/python3
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Runs the tool on the lidar drives, lets it evaluate the runs, and works the scores out again from the runs' grids and
 the drives' own files, by docs/evaluation.md: score_again.py TOOL"""

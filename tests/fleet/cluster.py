@@ -1,4 +1,3 @@
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Slurm on the loopback of this machine, with a key and a state of its own: one controller, three nodes."""
 import os

@@ -1,4 +1,3 @@
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Shared parts of the tests of fleets. The program is the first word of the command line."""
 import hashlib

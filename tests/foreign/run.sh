@@ -1,5 +1,4 @@
 #!/usr/bin/env bash
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
 # Usage: run.sh FOLDER SCRIPT PROGRAM. Installs the packages of npm in FOLDER, once, and runs SCRIPT there on the output of

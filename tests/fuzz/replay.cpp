@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Usage: fuzz_replay FOLDER TARGET. Runs the target on every file of FOLDER/TARGET (seeds.py). An input that takes more

@@ -1,4 +1,3 @@
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
 # cmake -D SOURCE=… -D WORK=… -P build_id.cmake: the same sources have one build id wherever they are, others another.

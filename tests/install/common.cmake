@@ -1,4 +1,3 @@
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
 # Shared parts of the scripts. Each is called with -D SETTINGS=… -D WORK=… -D AGAIN=… -D CUDA_LIBRARY=… -P SCRIPT; it

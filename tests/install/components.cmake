@@ -1,4 +1,3 @@
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
 # Called with -D SOURCE=… -D WORK=… -P: a component that is missing is named, with those that are installed.

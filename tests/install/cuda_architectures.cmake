@@ -1,4 +1,3 @@
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
 # Architectures that each nvcc supports: 10.0 to 12.1 need 12.8, the numbers of Thor and Spark 13.

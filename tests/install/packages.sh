@@ -1,5 +1,4 @@
 #!/usr/bin/env bash
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
 # packages.sh SOURCE WORK [CMAKE_OPTION...]: the Debian packages as users meet them: made twice with the same bytes, looked through by

@@ -1,4 +1,3 @@
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
 # Core, io and messages, without the tool, as shared libraries: who links them, and what the core shows.

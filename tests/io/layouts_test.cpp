@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 // Other arrangements of images than left/ and right/: other names, both cameras in one image or folder, videos, EuRoC.
 #include <algorithm>

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 // What is wrong with an input: each error_text names the file, what is wrong, and what would mend it.
 #include <sys/wait.h>

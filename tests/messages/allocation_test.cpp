@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Allocations of sending: none after the first frames but for points. Allocations of a decoder with malicious bytes.

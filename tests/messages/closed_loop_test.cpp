@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // A round robot that finds its way through the scene "corridor" on the published grids: costs by Nav2's rules

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Disparities, points and images. The scan, on the rules of REP 117: a number for an obstacle, +inf for free, NaN for

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Plugin of qemu's user emulation: instructions of functions, with those of the functions that they call. Debian

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Functions of Highway's compiled part for the tests, for a machine with one instruction set (scripts/check-neon.sh).

@@ -1,4 +1,3 @@
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Files that the tests of paths write and read: PNG, bags of ROS 2 (SQLite, CDR) and recordings (MCAP)."""
 

@@ -1,4 +1,3 @@
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """A run by the Python package, with arrays as input; the argument is a job of runs.py. Writes grids and frames.jsonl as
 `stereogrid run` does, of the latter only what the checks read."""

@@ -1,4 +1,3 @@
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Runs of the tests of paths: each drive, input and run is made once, by the first check that needs it."""
 

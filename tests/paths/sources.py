@@ -1,4 +1,3 @@
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Makes the input of each source of the tests of paths from a drive. A new source joins by a row of SOURCES."""
 

@@ -1,4 +1,3 @@
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """The tables of the tests of paths: scenes, devices, presets, extrinsics, poses and bounds. A new one joins by a
 row; sources are in sources.py."""

@@ -1,4 +1,3 @@
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """The programs and notebooks of examples/python/ and the snippets of docs/python.md, as a user would call them."""
 

@@ -1,4 +1,3 @@
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Shapes, types and lifetimes of what a frame leaves; texts, images and pickles of objects."""
 

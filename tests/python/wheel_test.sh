@@ -1,5 +1,4 @@
 #!/usr/bin/env bash
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
 # Usage: wheel_test.sh ROOT [PYTHON [NAME=VALUE...]]. Makes a wheel and the archive of the tool (scripts/wheel.sh). From

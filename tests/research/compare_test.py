@@ -1,5 +1,4 @@
 #!/usr/bin/python3
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """research/compare.py: compare_test.py PROGRAMS [unittest's arguments], where PROGRAMS is the folder of stereogrid and
 stereogrid-baselines."""

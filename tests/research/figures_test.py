@@ -1,5 +1,4 @@
 #!/usr/bin/python3
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """The paper's figures show what the runs hold: figures_test.py PROGRAMS [unittest's arguments], where PROGRAMS is the
 folder of stereogrid and stereogrid-baselines."""

@@ -1,5 +1,4 @@
 #!/usr/bin/env bash
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
 # colcon.sh SOURCE BUILD WORK: ros2/stereogrid_ros as a workspace of colcon has it: ament_cmake is Debian's, stereogrid

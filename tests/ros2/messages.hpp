@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Messages of ROS 2 that the node uses. CMake makes a header of each message's name that includes this one.

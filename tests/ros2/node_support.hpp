@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // The component of ROS 2 against stand-ins of rclcpp and tf2_ros: what it does with messages, not how they come.

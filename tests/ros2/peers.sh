@@ -1,5 +1,4 @@
 #!/usr/bin/env bash
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
 # peers.sh SOURCE TOOL DISTRO TEST: a test of tests/ros2/peers with the Python and the packages of build/ros/DISTRO.

@@ -1,5 +1,4 @@
 #!/usr/bin/env python3
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Checks the rules that a compiler does not: permitted includes, licence lines, paths, links, and the language of comments and pages.
 
@@ -17,7 +16,8 @@ import links  # noqa: E402
 
 CODE = {".hpp", ".cpp", ".cu", ".cuh", ".h"}
 WITH_LICENCE = CODE | {".cmake", ".sh", ".py", ".yaml", ".yml"}
-LICENCE_LINES = ("SPDX-FileCopyrightText: 2026 The stereogrid authors", "SPDX-License-Identifier: Apache-2.0")
+LICENCE, COPYRIGHT = "SPDX-License-Identifier: Apache-2.0", "SPDX-FileCopyrightText: 2026 The stereogrid authors"
+WITH_COPYRIGHT = re.compile(r"(\w+/)?include/stereogrid/.*|ros2/.*")  # copied without REUSE.toml, which has the copyright of the rest
 LINES_TO_REPORT = 350
 TBB = r"(oneapi/)?tbb/.*"
 STANDARD = re.compile(r"[a-z_0-9]+")  # <vector>; C++'s own headers have neither dot nor folder
@@ -180,7 +180,10 @@ def violations(root: Path, names: list[str]) -> list[str]:
         found += links.violations(root, name, text)
         if path.suffix in WITH_LICENCE or path.name == "CMakeLists.txt" or "".join(lines[:1]).startswith("#!"):
             head = "\n".join(lines[:4])
-            found += [f"{name}:1: missing line: {line}" for line in LICENCE_LINES if line not in head]
+            required = (LICENCE, COPYRIGHT) if WITH_COPYRIGHT.fullmatch(name) else (LICENCE,)
+            found += [f"{name}:1: missing line: {line}" for line in required if line not in head]
+            if COPYRIGHT in head and COPYRIGHT not in required:
+                found.append(f"{name}:1: the copyright is in REUSE.toml; delete the line")
         if PUBLIC_HEADER.fullmatch(name):
             found += [f"{name}:{number}: a shared library hides it; STEREOGRID_EXPORT is missing (export.hpp)"
                       for number in not_exported(lines)]

@@ -1,5 +1,4 @@
 #!/usr/bin/env python3
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Tests of check.py, language.py and .githooks/commit-msg: each rule finds its violations and accepts the rest."""
 import subprocess
@@ -12,7 +11,8 @@ sys.path.insert(0, str(Path(__file__).parent))
 import check  # noqa: E402
 import language  # noqa: E402
 
-LICENCE = "".join(f"// {line}\n" for line in check.LICENCE_LINES)
+LICENCE = f"// {check.LICENCE}\n"
+COPYRIGHT = f"// {check.COPYRIGHT}\n"
 
 
 class Rules(unittest.TestCase):
@@ -30,7 +30,9 @@ class Rules(unittest.TestCase):
         path.write_text(text, encoding="utf-8")
         return name
 
-    def found(self, name, text, licence=LICENCE):
+    def found(self, name, text, licence=None):
+        if licence is None:
+            licence = COPYRIGHT * bool(check.WITH_COPYRIGHT.fullmatch(name)) + LICENCE
         return check.violations(self.root, [self.write(name, licence + text)])
 
     def test_the_picture_of_a_frame(self):
@@ -120,8 +122,10 @@ class Rules(unittest.TestCase):
         self.assert_forbidden("apps/stereogrid/main.cpp", '"baselines/columns.hpp"')
 
     def test_licence_lines(self):
-        self.assertEqual(len(self.found("src/new.cpp", "int x;\n", licence="")), 2)
-        self.assertEqual(len(self.found("src/CMakeLists.txt", "", licence="# SPDX-License-Identifier: MIT\n")), 2)
+        for name, licence, faults in (("src/new.cpp", "", 1), ("src/CMakeLists.txt", "# SPDX-License-Identifier: MIT\n", 1),
+                                      ("src/new.cpp", COPYRIGHT + LICENCE, 1), ("include/stereogrid/new.hpp", LICENCE, 1),
+                                      ("io/include/stereogrid/io/new.hpp", "", 2), ("ros2/new.cpp", COPYRIGHT + LICENCE, 0)):
+            self.assertEqual(len(self.found(name, "int x;\n", licence=licence)), faults, name)
         self.assertEqual(self.found("notes.txt", "any\n", licence=""), [])
 
     def test_paths_of_one_machine(self):

@@ -1,5 +1,4 @@
 #!/usr/bin/env python3
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Checks references to documents: relative links of Markdown files, and pages and their sections that any file names, such
 as "docs/method.md §5.3". Generated pages of the site count as files. Part of check.py."""

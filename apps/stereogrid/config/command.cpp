@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -53,7 +52,6 @@ void print_markdown() {
   const Config standard{preset("default")};
   const Config paper{preset("paper")};
   print(
-      "<!-- SPDX-FileCopyrightText: 2026 The stereogrid authors -->\n"
       "<!-- SPDX-License-Identifier: Apache-2.0 -->\n"
       "# Parameters\n\n"
       "Made by `stereogrid config --markdown`; do not edit. Set them with `--set group.name=value`, in a file for\n"

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // PNG (Third Edition), W3C Recommendation 2025: §5 chunks, §9 filters. With ISA-L, which is faster than libpng.

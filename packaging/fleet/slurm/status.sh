@@ -1,5 +1,4 @@
 #!/bin/sh
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 # State of a job of Slurm for Snakemake. A controller that does not answer is no verdict. Slurm holds jobs that a node did
 # not launch, as one whose controller was restarted: they are released.

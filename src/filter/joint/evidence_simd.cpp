@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 // Compiled once per instruction set; Highway picks one at run time. Vectors run along neighbouring cells; every element
 // goes through the operations of evidence.hpp in their order.

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 // Vectors over a row of any length, for work that does not care how long they are. Included once per instruction set;
 // the guard works per target.

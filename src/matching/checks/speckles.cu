@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Connected patches by union-find: every pixel points to another one of its patch with a smaller index, or to itself.

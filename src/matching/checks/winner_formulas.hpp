@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // The decision at a pixel for numbers, on host and device, and for vectors of them. No guard, no namespace: model.hpp

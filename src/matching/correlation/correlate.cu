@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Window costs without a cost volume. A block computes some rows of 64 columns. Groups of lanes hold the shifts of a

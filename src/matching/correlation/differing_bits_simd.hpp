@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Differing bits of a left pixel's descriptor and the right ones at its shifts, in the image row that enters the window

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // The road hypothesis of the double correlation, a row at a time, with vectors along the pixels: it has few shifts.

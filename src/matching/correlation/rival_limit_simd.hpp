@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Vectors of both hypotheses, and their test for uniqueness. Included once per instruction set; the guard works per

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // The upright hypothesis of the double correlation, a row at a time, with vectors along the shifts of a pixel. Included

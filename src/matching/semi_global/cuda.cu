@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Semi-global matching with a warp per path, whose lanes have the labels. All paths of all directions run at the same

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // All labels of a pixel in vectors, and one step of a path. Included once per instruction set; the guard works per

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Evidence of the counted rays of a cell, for floats, on host and device, and for vectors of cells. No guard, no

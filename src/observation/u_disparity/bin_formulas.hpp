@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Equations 8 and 14 for floats, on host and device, and for vectors of them. No guard, no namespace: model.hpp

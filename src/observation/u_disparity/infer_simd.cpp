@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 // Compiled once per instruction set; Highway picks one at run time. Vectors run along the columns of a row.
 #undef HWY_TARGET_INCLUDE

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 // Vectors over a row whose length is no multiple of theirs. Included once per instruction set; the guard works per
 // target.

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Joins segments that together are no larger than a car. A car's side at a grazing angle, or with a window without

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Bags of ROS 2 as input: their faults are reported and the rest is used; images in the encodings of cameras give the

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // LD_PRELOAD library: makes one system call fail, of those that change files below a folder, or that query them.

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Each query of a path of the input (stat, opendir, readdir and their like) fails once, as on a network file system

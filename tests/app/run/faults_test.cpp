@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Every call that changes a run's files fails once, in every way (faults/faults.cpp), and the process is killed at any

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Files that were listed and cannot be opened or read, as on a network file system that is away for a moment: exit code

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Pairs whose images differ: right cameras turned a little, and unequal exposures, whose saturated areas cannot match.

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // The whole pipeline on scenes whose truth is known: would catch a wrong sign anywhere on the way.

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Wrong extrinsics in the rig: the pipeline estimates the right ones and continues as with given ones.

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // The ground of whole drives through scenes, whose road is flat and whose camera is where its rig says, level or

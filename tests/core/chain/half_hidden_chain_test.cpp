@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // The paper's own case (figure 6): a person behind a crate, seen from the waist up, in the scene `occlusion`. Ground

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Equal to the bit: every back end and number of threads over whole drives, and a pipeline that loads the state of

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Vehicles that stand: repeated frames add nothing, and an obstacle that is too close stays.

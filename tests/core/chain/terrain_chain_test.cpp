@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Given extrinsics before stairs, slopes, edges, docks, tables and pallets: they stay, and no grid is free beyond an

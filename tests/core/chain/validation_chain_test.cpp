@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Frames that cannot be relied on: pairs that do not belong together, cameras that are not mounted as assumed.

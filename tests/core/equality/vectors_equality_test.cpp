@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Patches, medians of sectors, places in the polar grid and evidence of velocities: vectors on every instruction set of

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Pipeline::process() on the CPU does not allocate on a busy street, with any settings, except for the text of a

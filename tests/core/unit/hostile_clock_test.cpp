@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Clocks that leap, stand or step back: frames of a wall that stands 9 m ahead, with whatever stamps.

@@ -1,4 +1,3 @@
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
 # For STEREOGRID_GPU_ONLY: what the reference back end takes of oneTBB and of the vector code, without either.

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Pipelines on BackEnd::cuda and automatic, with an emulated GPU behind the library that they load.

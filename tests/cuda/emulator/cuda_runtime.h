@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Stands in for CUDA's header of this name where .cu files are compiled as plain C++, so that kernels can be run and

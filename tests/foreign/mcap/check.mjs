@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Usage: node check.mjs MCAP_EXCHANGE. The format's own library reads what we write, and we read what it writes.

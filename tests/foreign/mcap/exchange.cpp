@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Usage: mcap_exchange write FILE none|lz4|zstd, or mcap_exchange read FILE. Prints each message as a line, in the

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Usage: node recording.mjs STEREOGRID. The format's own library reads a recording of a run, all checksums checked.

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Usage: node check.js SAMPLES.json. Foxglove's own code reads what message_samples has written: every value has to be

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Usage: message_samples FILE. Writes random messages of every type as JSON: their definition, their bytes, and what

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Usage: node check.js STEREOGRID CHROMIUM FOLDER. Opens the pages of `stereogrid view FOLDER/street.mcap` and `stereogrid

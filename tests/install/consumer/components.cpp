@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // A program for each component, which is made of this file with USES_<COMPONENT>: the component and the libraries that

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // A textured wall 4 m ahead, made without any other library, has to come out as occupied cells 4 m ahead. Exceptions of

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 // What is wrong with the calibrations of other tools: each error_text names the file, what is wrong, and what would
 // mend it.

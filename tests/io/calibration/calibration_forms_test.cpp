@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 // The same cameras, written as each tool writes them, are the same cameras.
 #include <algorithm>

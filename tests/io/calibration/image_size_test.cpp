@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 // Calibrations of images of another size: scaled where the ratio is exact, else refused or complained of.
 #include <fmt/format.h>

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 // Calibrations of more tools: one rectified pair (fx 150, centre (127.5, 79.5), 0.25 m) in each format, and what is
 // refused.

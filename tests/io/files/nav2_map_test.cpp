@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Maps are loaded again by the rules of Nav2's map_server (nav2_map_server/src/map_io.cpp).

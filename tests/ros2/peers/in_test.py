@@ -1,4 +1,3 @@
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Images, CameraInfo, depth, odometry and /clock of nodes of ROS 2, as the tool receives them."""
 import time

@@ -1,4 +1,3 @@
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Grids of examples/python/nav2.py, as a node of ROS 2 receives them."""
 import signal

@@ -1,4 +1,3 @@
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """Nodes of ROS 2 (rclpy with Fast DDS) beside the tool, on this machine only."""
 import faulthandler

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Never observed cells and cells without rays are skipped (docs/method.md §8.7), with the results of the plain loops.

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Kinds of gaps behind ground, on rows of disparities as a car's camera sees them (docs/terrain.md, gaps).

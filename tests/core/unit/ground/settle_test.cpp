@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Comparison of neighbouring sectors' walks: passages between edges, confirmed edges, cells beside hidden ones.

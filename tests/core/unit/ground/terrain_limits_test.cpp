@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Limits of the terrain stage: rings, noise, missing samples, effect on the grids (docs/terrain.md).

@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Walks over disparities that are computed from height profiles. A car's camera has f·b = 85 px·m, a robot's 37 px·m.

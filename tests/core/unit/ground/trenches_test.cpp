@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Trenches in disparities as a car's camera and a matcher with windows of nine rows see them (docs/terrain.md,
