@@ -6,8 +6,8 @@ seeds.py FOLDER                   writes FOLDER/TARGET/NAME for every seed; othe
 seeds.py --add TARGET NAME FILE   keeps FILE as a seed, such as an input that a fuzzer found
 
 A seed begins with a line "==== TARGET/NAME". Text follows with \\xNN for bytes that are no printable UTF-8 and \\\\ for a
-backslash; "open" in the first line: without the last end of line. "packed": base64 of zlib's bytes follows. So are
-seeds of more than a few lines.
+backslash; "open" in the first line: without the last end of line. "packed": base64 of zlib's bytes follows, in
+one line. So are seeds of more than a few lines.
 """
 import base64
 import re
@@ -18,7 +18,6 @@ from pathlib import Path
 
 SEEDS = Path(__file__).resolve().parent / "seeds.txt"
 HEAD = "==== "
-WIDTH = 120
 LINES_MAX = 8
 
 
@@ -35,8 +34,7 @@ def unescaped(text: str) -> bytes:
 def encode(name: str, data: bytes) -> str:
     text = escaped(data)
     if len(text) > 1.5 * len(data) or text.count("\n") > LINES_MAX:
-        packed = base64.b64encode(zlib.compress(data, 9)).decode("ascii")
-        return f"{HEAD}{name} packed\n" + "".join(packed[start:start + WIDTH] + "\n" for start in range(0, len(packed), WIDTH))
+        return f"{HEAD}{name} packed\n{base64.b64encode(zlib.compress(data, 9)).decode('ascii')}\n"
     return f"{HEAD}{name}\n{text}" if text.endswith("\n") else f"{HEAD}{name} open\n{text}\n"
 
 
