@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Hooks of mkdocs.yml. Pages of constants and of results are generated. In all pages
+"""Hooks of mkdocs.yml. Pages of constants, of results and of runs are generated. In all pages
 
 * links to files outside of docs/ lead to the forge of `repo_url`, or become plain text without one (tests/rules/links.py checks them);
 * blocks of ```math become MathML, and symbols such as a_u outside of code get an index;
 * <!-- snippet FILE --> is followed by the code of an example, as in README.md;
 * bold lines between <!-- tabs --> and <!-- end --> become tabs.
 """
+import logging
 import re
+from pathlib import Path
 from textwrap import indent
 
+import gallery
 from constants import page as constants_page
 from latex2mathml.converter import convert
 from mkdocs.exceptions import PluginError
@@ -20,7 +23,15 @@ from results import page as results_page
 def on_files(files, config):
     files.append(File.generated(config, "constants.md", content=constants_page()))
     files.append(File.generated(config, "results.md", content=results_page()))
+    files.append(File.generated(config, "gallery.md", content=gallery.page()))
     return files
+
+
+def on_post_build(config):
+    if program := gallery.tool():
+        gallery.make(program, Path(config.site_dir) / "gallery")
+    else:
+        logging.getLogger("mkdocs").info("The gallery has no runs: build the tool first, or name it in STEREOGRID.")
 
 
 def formula(latex: str) -> str:

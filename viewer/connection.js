@@ -14,7 +14,7 @@ const retriesMs = [500, 1000, 2000, 5000];
 export class Connection extends EventTarget {
   #socket = null;
   #channels = new Map(); // id → channel
-  #wanted = new Map(); // topic → function
+  #receivers = new Map(); // topic → function
   #readers = new Map(); // subscription id → {id, topic, reader}
   #parameters = [];
   #failures = 0;
@@ -46,12 +46,12 @@ export class Connection extends EventTarget {
 
   /** Calls `take` with each message on a topic, whether it is there yet or not. */
   subscribe(topic, take) {
-    this.#wanted.set(topic, take);
+    this.#receivers.set(topic, take);
     for (const channel of this.#channels.values()) if (channel.topic === topic) this.#ask(channel);
   }
 
   unsubscribe(topic) {
-    this.#wanted.delete(topic);
+    this.#receivers.delete(topic);
     for (const [id, subscription] of this.#readers) {
       if (subscription.topic !== topic) continue;
       this.#readers.delete(id);
@@ -124,7 +124,7 @@ export class Connection extends EventTarget {
   #advertise(channels) {
     for (const channel of channels) {
       this.#channels.set(channel.id, channel);
-      if (this.#wanted.has(channel.topic)) this.#ask(channel);
+      if (this.#receivers.has(channel.topic)) this.#ask(channel);
     }
     this.#notify('channels', this.topics());
   }
@@ -142,7 +142,7 @@ export class Connection extends EventTarget {
     if (!subscription) return;
     try {
       const message = subscription.reader.read(new Uint8Array(buffer, messageHeaderBytes));
-      this.#wanted.get(subscription.topic)?.(message, Number(view.getBigUint64(5, true)) * 1e-9);
+      this.#receivers.get(subscription.topic)?.(message, Number(view.getBigUint64(5, true)) * 1e-9);
     } catch (error) {
       this.#notify('fault', `${subscription.topic}: ${error.message}`);
     }

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+import { Path } from './grid_tools.js';
 import { colour, fitCanvas } from './theme.js';
 
 const margin = 0.56;
@@ -16,7 +17,10 @@ export class GridView {
   #scheduled = false;
   #isPlaced = false;
   #layerOf = null;
+  #ruler = null; // from and to, in vehicle coordinates
   layer = null;
+  path = new Path();
+  measures = false; // a drag draws the ruler instead of moving the grid
   obstacles = [];
   pose = [0, 0, 0];
   worldFrame = 'odom';
@@ -65,8 +69,9 @@ export class GridView {
   }
 
   /** The vehicle's pose in the frame of the world. */
-  place(pose, worldFrame) {
+  place(pose, worldFrame, stamp) {
     Object.assign(this, { pose, worldFrame });
+    this.path.add(stamp, pose);
     if (!this.#isPlaced) this.home();
     this.#isPlaced = true;
   }
@@ -106,9 +111,46 @@ export class GridView {
     this.#drawRings(context, this.#scale(width, height));
     context.save();
     this.#enterWorld(context);
+    this.#drawPath(context, this.#scale(width, height));
     for (const obstacle of this.obstacles) this.#drawObstacle(context, obstacle, this.#scale(width, height));
     context.restore();
     this.#drawVehicle(context, this.#scale(width, height));
+    if (this.#ruler) this.#drawRuler(context, this.#scale(width, height));
+  }
+
+  #drawPath(context, scale) {
+    context.strokeStyle = colour('--accent');
+    context.lineWidth = 1.5 / scale;
+    context.setLineDash([4 / scale, 4 / scale]);
+    context.beginPath();
+    this.path.trace(context);
+    context.stroke();
+    context.setLineDash([]);
+  }
+
+  #drawRuler(context, scale) {
+    const [from, to] = this.#ruler;
+    context.strokeStyle = colour('--highlight');
+    context.lineWidth = 2 / scale;
+    context.beginPath();
+    context.moveTo(...from);
+    context.lineTo(...to);
+    context.stroke();
+    this.#write(context, to, scale, `${Math.hypot(to[0] - from[0], to[1] - from[1]).toFixed(2)} m`);
+  }
+
+  /** Letters at a point, upright, with a halo over light and dark cells alike. */
+  #write(context, point, scale, text) {
+    context.save();
+    context.translate(...point);
+    context.transform(0, -1 / scale, -1 / scale, 0, 0, 0);
+    context.font = '12px system-ui, sans-serif';
+    context.lineWidth = 3;
+    context.strokeStyle = colour('--cell-unknown');
+    context.fillStyle = colour('--cell-ink');
+    context.strokeText(text, 3, -3);
+    context.fillText(text, 3, -3);
+    context.restore();
   }
 
   /** Outline, so that the cells under it are visible, and a dot where the camera is. */
@@ -135,7 +177,6 @@ export class GridView {
   }
 
   #drawRings(context, scale) {
-    context.fillStyle = colour('--ring');
     const step = this.metres < 6 ? 2 : 10;
     for (let radius = step; radius <= 6 * step; radius += step) {
       context.strokeStyle = colour('--ring');
@@ -143,15 +184,7 @@ export class GridView {
       context.beginPath();
       context.arc(0, 0, radius, -1.2, 1.2);
       context.stroke();
-      context.save();
-      context.translate(radius, 0);
-      context.transform(0, -1 / scale, -1 / scale, 0, 0, 0); // letters upright
-      context.font = '11px system-ui, sans-serif';
-      context.lineWidth = 3;
-      context.strokeStyle = colour('--cell-unknown'); // a halo, over light and dark cells alike
-      context.strokeText(`${radius} m`, 3, -3);
-      context.fillText(`${radius} m`, 3, -3);
-      context.restore();
+      this.#write(context, [radius, 0], scale, `${radius} m`);
     }
   }
 
@@ -207,6 +240,8 @@ export class GridView {
 
   #press(event) {
     this.canvas.setPointerCapture(event.pointerId);
+    this.#ruler = this.measures ? [this.#vehiclePoint(event), this.#vehiclePoint(event)] : null;
+    this.redraw();
     this.#pointers.set(event.pointerId, [event.offsetX, event.offsetY]);
   }
 
@@ -217,6 +252,10 @@ export class GridView {
       this.onPoint(this.textAt(point));
       this.onHover(this.#obstacleAt(point));
       return;
+    }
+    if (this.#ruler) {
+      this.#ruler[1] = point;
+      return this.redraw();
     }
     const now = [event.offsetX, event.offsetY];
     const others = [...this.#pointers].filter(([id]) => id !== event.pointerId).map(([, at]) => at);

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 import { CameraView } from './camera_view.js';
 import { Connection } from './connection.js';
+import { recordClips, saveSnapshot } from './grid_tools.js';
 import { GridView } from './grid_view.js';
 import { showLegend, turnLegend } from './legend.js';
 import { legendOf, occupancyLayer, packedLayer, planePose } from './layers.js';
 import { ObstacleTable, joined } from './obstacles.js';
 import { Player, playerParameters } from './player.js';
+import { Recording } from './recording.js';
 import { StatusPanel } from './status_panel.js';
 import { onThemeChange } from './theme.js';
 
@@ -13,7 +15,9 @@ const element = (id) => document.getElementById(id);
 const packedKinds = { velocity: 'Velocity', moving: 'Moving', age: 'Age', elevation: 'Elevation', witness: 'Witness' };
 
 const scheme = location.protocol === 'https:' ? 'wss' : 'ws';
-const connection = new Connection(`${scheme}://${location.host}/${location.search}`);
+const recorded = element('recording'); // frames of `stereogrid export --web`; a server's page has none
+const connection = recorded ? new Recording(JSON.parse(recorded.textContent))
+                            : new Connection(`${scheme}://${location.host}/${location.search}`);
 const latest = {}; // messages by what they are for
 let picked = null;
 
@@ -59,8 +63,8 @@ function showObstacles() {
   camera.redraw();
 }
 
-function showPose(message) {
-  grid.place(planePose(message.pose.pose), message.header.frame_id);
+function showPose(message, stamp) {
+  grid.place(planePose(message.pose.pose), message.header.frame_id, stamp);
   turnLegend(element('legend'), grid.pose[2]);
   showObstacles();
 }
@@ -161,6 +165,15 @@ connection.addEventListener('fault', ({ detail: sentence }) => { element('fault'
 
 element('layer').addEventListener('change', chooseLayer);
 element('home').addEventListener('click', () => grid.home());
+element('ruler').addEventListener('click', () => {
+  grid.measures = !grid.measures;
+  element('ruler').setAttribute('aria-pressed', grid.measures);
+});
+const pictureName = () => `${connection.name || 'stereogrid'}-${element('layer').value}${location.hash.replace('#', '-').replace('=', '-')}`;
+element('snapshot').addEventListener('click', () => saveSnapshot(element('grid'), pictureName()));
+recordClips(element('clip'), element('grid'), pictureName);
+element('help-button').addEventListener('click', () => element('help').showModal());
+document.addEventListener('keydown', (event) => { if (event.key === '?') element('help').showModal(); });
 onThemeChange(() => { chooseLayer(); grid.redraw(); camera.redraw(); });
 setInterval(() => status.showRate(), 500);
 connection.watchParameters(playerParameters);

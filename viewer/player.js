@@ -57,7 +57,7 @@ export class Player {
     if (performance.now() - this.#settled > 300) slider.value = frame; // not while it is dragged
     slider.setAttribute('aria-valuetext', `frame ${frame} of ${frames - 1}`);
     place.textContent = `${frame} / ${frames - 1} · ${time_s.toFixed(1)} s`;
-    play.textContent = playing ? '⏸' : '▶';
+    play.textContent = playing ? '❚❚' : '▶';
     play.setAttribute('aria-label', playing ? 'Pause' : 'Play');
     this.elements.speed.value = String(speed);
     if (!playing) this.#link(frame);

@@ -143,14 +143,15 @@ struct Refused {
 TEST_F(Export, RefusesWhatCannotBe) {
   std::ofstream{*folder / "mine.csv"} << "mine";
   fs::create_directories(*folder / "there");
-  std::ofstream{*folder / "there" / "map.pgm"} << "mine";
+  for (const char* name : {"map.pgm", "index.html"}) std::ofstream{*folder / "there" / name} << "mine";
   const std::vector<Refused> all{
-      {words({}), 64, "Give --nav2-map DIR, --laserscan FILE.csv or both"},
+      {words({}), 64, "Give --web DIR, --nav2-map DIR or --laserscan FILE.csv"},
       {words({"--frame", "3", "--laserscan", at("never")}), 64, "--frame chooses the grid of"},
       {words({"--frame", "7", "--nav2-map", at("never")}), 64, "Its frames are 2 to 6."},
       {words({"--frame", "-1", "--nav2-map", at("never")}), 64, "-1 is not a whole number"},
       {words({"--laserscan", at("mine.csv"), "--nav2-map", at("never")}), 64, "mine.csv is there already"},
       {words({"--nav2-map", at("there")}), 64, "map.pgm is there already"},
+      {words({"--web", at("there")}), 64, "index.html is there already"},
       {{"export", folder->path(), "--laserscan", at("never")}, 65, "run.json"}};
   for (const Refused& refused : all) {
     const Outcome outcome{run_tool(refused.words)};
@@ -165,7 +166,7 @@ TEST_F(Export, WritesNothingWhereAGridIsDamaged) {
   const fs::path damaged{*folder / "damaged"};
   fs::copy(run(), damaged, fs::copy_options::recursive);
   std::ofstream{damaged / "grids" / "000006.npz"} << "no grid";
-  for (const char* option : {"--laserscan", "--nav2-map"}) {
+  for (const char* option : {"--laserscan", "--nav2-map", "--web"}) {
     EXPECT_THAT(errors_of(65, {"export", damaged, option, at("none")}), HasSubstr("000006.npz"));
     EXPECT_FALSE(fs::exists(*folder / "none"));
   }

@@ -15,7 +15,7 @@ SECTIONS = re.compile(r"(docs/[\w/-]+\.md)((?:(?: |,|and|\([^()\n]*\))*§\d+(?:\
 
 
 # page of the site: script that prints it (scripts/mkdocs_hooks.py)
-GENERATED = {"docs/constants.md": "scripts/constants.py", "docs/results.md": "scripts/results.py"}
+GENERATED = {f"docs/{name}.md": f"scripts/{name}.py" for name in ("constants", "gallery", "results")}
 
 
 def generator(root: Path, file: Path) -> "Path | None":

@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 #
-# Usage: site.sh VENV
+# Usage: site.sh VENV [STEREOGRID]
 #
-# Builds the documentation site; every warning, such as a broken link, is an error. Exit status 77: mkdocs is missing.
+# Builds the documentation site; every warning, such as a broken link, is an error. STEREOGRID makes the runs of
+# the gallery. Exit status 77: mkdocs is missing.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
@@ -11,9 +12,12 @@ mkdocs=$1/bin/mkdocs
 [ -x "$mkdocs" ] || mkdocs=$(command -v mkdocs) || { echo "mkdocs is missing: not tested. Run scripts/install-dependencies.sh --python." >&2; exit 77; }
 site=$(mktemp -d)
 trap 'rm -rf "$site"' EXIT
-NO_MKDOCS_2_WARNING=1 "$mkdocs" build --strict --config-file "$root/mkdocs.yml" --site-dir "$site"
+STEREOGRID=${2:-} NO_MKDOCS_2_WARNING=1 "$mkdocs" build --strict --config-file "$root/mkdocs.yml" --site-dir "$site"
 [ -f "$site/constants/index.html" ]
 # formulas, tabs and code of examples are made by scripts/mkdocs_hooks.py
 grep -q '<math ' "$site/method/index.html"
 grep -q tabbed-set "$site/index.html"
 grep -q open_recording "$site/index.html"
+for run in crossing corridor ditch; do
+  [ -z "${2:-}" ] || [ -s "$site/gallery/$run/index.html" ]
+done

@@ -67,6 +67,17 @@ std::unique_ptr<server::Server> start_server(const PageOptions& options, server:
   }
 }
 
+void replace_all(std::string& text, std::string_view what, std::string_view by) {
+  for (std::size_t at{text.find(what)}; at != std::string::npos; at = text.find(what, at + by.size())) {
+    text.replace(at, what.size(), by);
+  }
+}
+
+std::string embedded_json(std::string json) {
+  replace_all(json, "<", "\\u003c");
+  return json;
+}
+
 struct Page::State {
   [[nodiscard]] server::Answer health() const;
   [[nodiscard]] server::Answer metrics() const;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "stereogrid/messages/frame_messages.hpp"
@@ -59,6 +60,11 @@ class Page {
 [[nodiscard]] std::vector<server::Asset> viewer_assets();
 /// Scripts for shells: /bash.sh and so on (packaging/completion).
 [[nodiscard]] std::vector<server::Asset> completion_scripts();
+
+/// Replaces each `what` in `text`.
+void replace_all(std::string& text, std::string_view what, std::string_view by);
+/// `json` for a script element of a page: it can neither end that element nor begin another.
+[[nodiscard]] std::string embedded_json(std::string json);
 
 /// Parts of the report that `evaluate --html` writes; page.html has placeholders.
 [[nodiscard]] std::vector<server::Asset> report_assets();

@@ -17,12 +17,6 @@
 namespace stereogrid::app {
 namespace {
 
-void replace_all(std::string& text, std::string_view what, std::string_view by) {
-  for (std::size_t at{text.find(what)}; at != std::string::npos; at = text.find(what, at + by.size())) {
-    text.replace(at, what.size(), by);
-  }
-}
-
 std::string text_of(const std::vector<server::Asset>& assets, std::string_view path) {
   return std::ranges::find(assets, path, &server::Asset::path)->bytes;
 }
@@ -34,8 +28,7 @@ void write_report(const std::filesystem::path& path, const nlohmann::ordered_jso
                             {"things", declarations_of(thing_figures)},
                             {"tracking", declarations_of(tracking_figures)},
                             {"errors", declarations_of(error_figures)}};
-  std::string data{io::json_text(with_titles)};
-  replace_all(data, "<", "\\u003c");  // a name must neither end the script element nor begin another
+  const std::string data{embedded_json(io::json_text(with_titles))};
   const auto viewer{viewer_assets()};
   const auto report{report_assets()};
   std::string page{text_of(report, "/page.html")};

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "stereogrid/io/run_folder/run_reader.hpp"
+#include "stereogrid/messages/sink.hpp"
 #include "stereogrid/result.hpp"
 #include "stereogrid/server/server.hpp"
 
@@ -68,16 +69,7 @@ class Playback {
   Clock::time_point due_;  // time of the next frame, while playing
 };
 
-}  // namespace stereogrid::app
-
-namespace stereogrid::server {
-
-class Server;
-}
-
-namespace stereogrid::app {
-
-/// Frames that `view` plays.
+/// Frames that `view` plays and `export` makes a page of.
 class PlayedFrames {
  public:
   PlayedFrames() = default;
@@ -89,9 +81,8 @@ class PlayedFrames {
   [[nodiscard]] virtual const std::vector<std::uint64_t>& stamps_ns() const = 0;
   /// Faults of the files, a text each.
   [[nodiscard]] virtual std::vector<std::string> damage() const { return {}; }
-  /// Sends the messages of a frame. All topics are latched: who comes while the player stands still is shown the frame
-  /// that it stands at. Throws InputError.
-  virtual void send(std::size_t frame, server::Server& server) = 0;
+  /// Sends the messages of a frame, always to the same publisher. Throws InputError.
+  virtual void send(std::size_t frame, messages::Sink& sink) = 0;
 };
 
 /// The files of a frame as the result that wrote them. Arrays that the run has not written are unknown: a missing world
@@ -100,5 +91,11 @@ class PlayedFrames {
 
 /// Frames of a run's folder, with left images while its input is where it was. Throws InputError.
 [[nodiscard]] std::unique_ptr<PlayedFrames> stored_frames(const std::filesystem::path& folder);
+
+/// Frames of a recording, of the only one in a run's folder, or stored_frames(). Throws InputError.
+[[nodiscard]] std::unique_ptr<PlayedFrames> played_frames(const std::filesystem::path& path);
+
+/// The last name in the path of a run or a recording, for people.
+[[nodiscard]] std::string recording_name(const std::filesystem::path& path);
 
 }  // namespace stereogrid::app

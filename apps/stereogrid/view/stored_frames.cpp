@@ -95,34 +95,6 @@ GridLayers sampled(const GridLayers& vehicle, const Pose2& world_from_vehicle) {
   return world;
 }
 
-/// Messages to the page, all of them latched and wanted: the player may stand still before a viewer comes.
-class LatchedSink final : public messages::Sink {
- public:
-  explicit LatchedSink(server::Server& server) : server_{server} {}
-
-  std::uint32_t add(const messages::Channel& channel) override {
-    const auto found{std::ranges::find(topics_, channel.topic)};
-    if (found != topics_.end()) return static_cast<std::uint32_t>(found - topics_.begin());
-    server::Channel advertised;
-    advertised.topic = channel.topic;
-    advertised.schema_name = channel.type;
-    advertised.schema = channel.definition;
-    advertised.latched = true;
-    topics_.push_back(channel.topic);
-    channels_.push_back(server_.add_channel(std::move(advertised)));
-    return static_cast<std::uint32_t>(channels_.size() - 1);
-  }
-  [[nodiscard]] bool wants(std::uint32_t) const override { return true; }
-  void send(std::uint32_t channel, std::int64_t stamp_ns, std::span<const std::byte> cdr) override {
-    server_.send(channels_.at(channel), static_cast<std::uint64_t>(stamp_ns), cdr);
-  }
-
- private:
-  server::Server& server_;
-  std::vector<std::string> topics_;
-  std::vector<server::ChannelId> channels_;
-};
-
 /// Input of a run; none: it is not there any more.
 std::optional<Input> input_of(const io::RunInput& from) {
   try {
@@ -145,19 +117,17 @@ class StoredFrames final : public PlayedFrames {
 
   [[nodiscard]] const std::vector<std::uint64_t>& stamps_ns() const override { return stamps_ns_; }
 
-  void send(std::size_t frame, server::Server& server) override {
+  void send(std::size_t frame, messages::Sink& sink) override {
     const io::RunFrame& stored{run_.frames().at(frame)};
     const FrameResult result{stored_result(run_, stored)};
-    if (!sink_) sink_.emplace(server);
     // velocities are those between neighbours: after a jump there is none
-    if (!messages_ || frame != next_) messages_.emplace(*sink_, result.rig);
+    if (!messages_ || frame != next_) messages_.emplace(sink, result.rig);
     next_ = frame + 1;
     messages_->set_rig(result.rig);
     const std::vector<std::uint8_t> jpeg{left_jpeg(stored)};
     messages::FrameFacts facts{.stamp_ns = static_cast<std::int64_t>(stamps_ns_.at(frame)),
                                .frames = static_cast<std::int64_t>(frame + 1)};
     if (!jpeg.empty()) facts.left_jpeg = [&jpeg] { return std::as_bytes(std::span{jpeg}); };
-    server.send_time(stamps_ns_.at(frame));
     messages_->send(result, facts);
   }
 
@@ -179,7 +149,6 @@ class StoredFrames final : public PlayedFrames {
   io::RunReader run_;
   std::optional<Input> input_;
   std::vector<std::uint64_t> stamps_ns_;
-  std::optional<LatchedSink> sink_;
   std::optional<messages::FrameMessages> messages_;
   std::size_t next_{0};
 };

@@ -43,14 +43,6 @@ constexpr std::string_view png_signature{"\x89PNG\r\n\x1a\n", 8};
 /// where the other order is much smoother. Throws InputError where the message is smaller than it says.
 [[nodiscard]] cv::Mat ros_pixels(RosImage& image, int type, const std::string& name);
 
-enum class DeflateForm {
-  raw,   ///< RFC 1951
-  zlib,  ///< RFC 1950: with a header and a checksum
-};
-
-/// Compressed in one piece. Noise grows by 5 bytes per 64 KiB. Throws std::length_error from 4 GiB on.
-std::string deflate(std::string_view bytes, DeflateForm form);
-
 /// Fills `bytes`; false if `packed` is no zlib stream, is damaged, or holds less or more.
 bool inflate_zlib(std::string_view packed, std::span<std::uint8_t> bytes);
 

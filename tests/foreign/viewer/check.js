@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Usage: node check.js STEREOGRID CHROMIUM FOLDER. Opens the pages of `stereogrid view FOLDER/street.mcap` and `stereogrid
-// live`, uses them, and leaves screenshots in FOLDER.
+// Usage: node check.js STEREOGRID CHROMIUM FOLDER. Opens the pages of `stereogrid view FOLDER/street.mcap`, `stereogrid live`
+// and `stereogrid export FOLDER/run --web`, uses them, and leaves screenshots in FOLDER.
 "use strict";
 
 const assert = require("node:assert");
 const { spawn, spawnSync } = require("node:child_process");
-const { mkdirSync } = require("node:fs");
+const { mkdirSync, readFileSync, rmSync } = require("node:fs");
 const { chromium } = require("playwright-core");
 
 const [stereogrid, browserProgram, folder] = process.argv.slice(2);
@@ -117,6 +117,77 @@ async function checkLayers(page) {
   }
   assert.strictEqual(seen.size, values.length);
   await page.locator("#layer").selectOption("occupancy");
+}
+
+/** What each layer looks like, a frame on: velocities are those between neighbours. */
+async function layersAfter(page, frame) {
+  await atFrame(page, frame);
+  await page.keyboard.press("ArrowRight");
+  await atFrame(page, frame + 1);
+  await settled(page);
+  await page.locator("#home").click();
+  const values = await page.locator("#layer option").evaluateAll((options) => options.map((option) => option.value));
+  const looks = {};
+  for (const value of values) {
+    await page.locator("#layer").selectOption(value);
+    await page.waitForTimeout(500);
+    looks[value] = (await look(page)).digest;
+  }
+  return looks;
+}
+
+/** One file, opened from disk, shows what the served page shows, and plays. */
+async function checkExport(browser) {
+  rmSync(`${folder}/web`, { recursive: true, force: true });
+  const { status, stderr } = spawnSync(stereogrid, ["export", `${folder}/run`, "--web", `${folder}/web`], { encoding: "utf8" });
+  assert.strictEqual(status, 0, stderr);
+  assert.match(stderr, /web\/index.html: 30 frames, \d+\.\d MB/);
+  const { address, child } = await serve(stereogrid, "view", `${folder}/run`, "--listen", ":0");
+  const served = await opened(browser, `${address}#frame=16`);
+  const { page, faults } = await opened(browser, `file://${folder}/web/index.html#frame=16`);
+  const looks = await layersAfter(page, 16);
+  assert.deepStrictEqual(Object.keys(looks), ["occupancy", "observed", "velocity", "moving", "age", "elevation", "witness"]);
+  assert.deepStrictEqual(looks, await layersAfter(served.page, 16));
+  await page.screenshot({ path: `${folder}/export.png` });
+  await page.locator("#speed").selectOption("5");
+  await page.locator("#grid-title").click();
+  await page.keyboard.press("Space");
+  await atFrame(page, 29); // and stands there
+  await until(page, () => document.getElementById("play").getAttribute("aria-label") === "Play");
+  assert.deepStrictEqual(faults, []);
+  await checkTools(page);
+  child.removeAllListeners("exit");
+  child.kill("SIGINT");
+}
+
+/** Ruler, snapshot, clip and keys. */
+async function checkTools(page) {
+  const before = (await look(page)).digest;
+  await page.locator("#ruler").click();
+  const { x, y } = await page.locator("#grid").boundingBox();
+  await page.mouse.move(x + 200, y + 150);
+  await page.mouse.down();
+  await page.mouse.move(x + 300, y + 250);
+  await page.mouse.up();
+  await page.waitForTimeout(300);
+  assert.notStrictEqual((await look(page)).digest, before);
+  const saved = async (id) => {
+    const [download] = await Promise.all([page.waitForEvent("download"), page.locator(id).click()]);
+    return { name: download.suggestedFilename(), bytes: readFileSync(await download.path()) };
+  };
+  const picture = await saved("#snapshot");
+  assert.strictEqual(picture.name, "run-witness-frame-29.png");
+  assert.strictEqual(picture.bytes.toString("latin1", 1, 4), "PNG");
+  await page.locator("#clip").click();
+  await page.locator("#slider").fill("5");
+  await atFrame(page, 5);
+  await page.waitForTimeout(300);
+  const clip = await saved("#clip");
+  assert.match(clip.name, /\.webm$/);
+  assert.strictEqual(clip.bytes.readUInt32BE(0), 0x1a45dfa3);
+  await page.keyboard.press("?");
+  assert.ok(await page.locator("#help").isVisible());
+  await page.close();
 }
 
 async function checkObstacles(page) {
@@ -242,6 +313,7 @@ async function main() {
   await photograph(browser, address, "view-phone", { viewport: { width: 390, height: 844 }, hasTouch: true });
   await checkToken(browser);
   await checkLive(browser);
+  await checkExport(browser);
   await browser.close();
   console.log("The page works in Chromium.");
 }

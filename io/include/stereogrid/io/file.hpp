@@ -38,6 +38,14 @@ constexpr std::size_t json{16384 * mebi};   ///< run.json, frames.jsonl, truth
 /// sockets are written directly. Throws DeviceError: disk full, no such folder, not writable, a folder of this name.
 STEREOGRID_EXPORT void write_file(const std::filesystem::path& path, std::string_view bytes);
 
+enum class DeflateForm {
+  raw,   ///< RFC 1951
+  zlib,  ///< RFC 1950: with a header and a checksum
+};
+
+/// Compressed in one piece. Noise grows by 5 bytes per 64 KiB. Throws std::length_error from 4 GiB on.
+[[nodiscard]] STEREOGRID_EXPORT std::string deflate(std::string_view bytes, DeflateForm form);
+
 /// Creates the folder and its parents. Throws DeviceError.
 STEREOGRID_EXPORT void create_folder(const std::filesystem::path& path);
 

@@ -1,0 +1,60 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+
+const clipRate = 30; // frames/s
+
+/** Saves what `address` refers to as a file. */
+function save(address, name) {
+  const link = Object.assign(document.createElement('a'), { href: address, download: name });
+  link.click();
+}
+
+/** What the canvas shows, as a PNG. */
+export function saveSnapshot(canvas, name) {
+  canvas.toBlob((blob) => {
+    const address = URL.createObjectURL(blob);
+    save(address, `${name}.png`);
+    URL.revokeObjectURL(address);
+  });
+}
+
+/** A button that records the canvas from one click to the next, and saves a WebM. */
+export function recordClips(button, canvas, nameOf) {
+  let recorder = null;
+  button.hidden = !window.MediaRecorder || !canvas.captureStream;
+  button.onclick = () => {
+    if (recorder) return recorder.stop();
+    const parts = [];
+    recorder = new MediaRecorder(canvas.captureStream(clipRate), { mimeType: 'video/webm' });
+    recorder.ondataavailable = ({ data }) => parts.push(data);
+    recorder.onstop = () => {
+      const address = URL.createObjectURL(new Blob(parts, { type: 'video/webm' }));
+      save(address, `${nameOf()}.webm`);
+      URL.revokeObjectURL(address);
+      recorder = null;
+      button.textContent = 'Clip';
+    };
+    recorder.start();
+    button.textContent = 'End clip';
+  };
+}
+
+/** The way that the vehicle has gone since the last jump of the player. */
+export class Path {
+  #points = [];
+  #stamp = -Infinity; // stamp of the last point
+  #kept = 5000;
+  #gap = 1; // s: longer is a jump
+
+  add(stamp, [x, y]) {
+    if (stamp < this.#stamp || stamp > this.#stamp + this.#gap) this.#points = [];
+    this.#points.push([x, y]);
+    this.#stamp = stamp;
+    if (this.#points.length > this.#kept) this.#points.shift();
+  }
+
+  /** In a context whose coordinates are the world's. */
+  trace(context) {
+    for (const point of this.#points) context.lineTo(...point);
+  }
+}
