@@ -171,7 +171,10 @@ bool is_boundary(const Outline& near, double height_m) {
 void fit_outline(const Rig& rig, Strips& strips, Cluster& cluster) {
   const bool is_object{cluster.kind == ObstacleKind::object};
   const double focal_baseline{rig.focal_px * rig.baseline_m};
-  SideFit side{strips.side(&Strip::near_m), is_object ? object_side_points : SideFit::points_max};
+  const std::span<const SideSample> near{strips.side(&Strip::near_m)};
+  // things behind show in some strips of a boundary: two numbers a point, by Schwarz' criterion (1978)
+  const double point_gain{2 * std::log(static_cast<double>(near.size()))};
+  SideFit side{near, is_object ? object_side_points : SideFit::points_max, is_object ? 0 : point_gain};
   for (std::size_t i{0}; i < side.size(); ++i) {
     const double x_m{focal_baseline / side.disparity(i)};
     cluster.fitted.push_back({x_m, (rig.cx_px - side.column(i)) * x_m / rig.focal_px});
@@ -179,9 +182,9 @@ void fit_outline(const Rig& rig, Strips& strips, Cluster& cluster) {
   if (!is_object) return;
   side.refit(strips.side(&Strip::far_m));
   for (std::size_t i{side.size()}; i-- > 0;) {
-    const Point2 near{cluster.fitted[i]};
-    const double x_m{std::max(focal_baseline / side.disparity(i), near.x + thickness_m)};
-    cluster.fitted.push_back({x_m, near.y * x_m / near.x});
+    const Point2 front{cluster.fitted[i]};
+    const double x_m{std::max(focal_baseline / side.disparity(i), front.x + thickness_m)};
+    cluster.fitted.push_back({x_m, front.y * x_m / front.x});
   }
 }
 

@@ -18,16 +18,24 @@ double middle(const SideSample& sample) {
 
 }  // namespace
 
-SideFit::SideFit(std::span<const SideSample> samples, std::size_t most_points) {
+SideFit::SideFit(std::span<const SideSample> samples, std::size_t most_points, double least_gain) {
   columns_[0] = samples.front().left_u;
   columns_[1] = samples.back().right_u;
-  solve(samples);
   const std::size_t most{std::min(most_points, samples.size())};
-  while (size_ < most && !is_within_noise(samples)) add_point(samples);
+  double square{solve(samples)};
+  while (size_ < most && !is_within_noise(samples)) {
+    const SideFit before{*this};
+    const double next{add_point(samples)};
+    if (square - next < least_gain) {
+      *this = before;
+      break;
+    }
+    square = next;
+  }
 }
 
 // At the left end of a sample.
-void SideFit::add_point(std::span<const SideSample> samples) {
+double SideFit::add_point(std::span<const SideSample> samples) {
   const SideFit before{*this};
   SideFit best{*this};
   double least{std::numeric_limits<double>::max()};
@@ -46,6 +54,7 @@ void SideFit::add_point(std::span<const SideSample> samples) {
     best = *this;
   }
   *this = best;
+  return least;
 }
 
 std::size_t SideFit::span_of(const SideSample& sample) const {

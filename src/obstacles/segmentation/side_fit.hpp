@@ -23,8 +23,9 @@ class SideFit {
   static constexpr std::size_t points_max{samples_max};
 
   /// `samples`: at least one, from left to right. Points are added where they reduce the residuals most, until these
-  /// are within their standard deviations, up to `most_points` (at least 2).
-  SideFit(std::span<const SideSample> samples, std::size_t most_points);
+  /// are within their standard deviations, up to `most_points` (at least 2), or the next point would reduce the sum of
+  /// their squares, in variances, by less than `least_gain`.
+  SideFit(std::span<const SideSample> samples, std::size_t most_points, double least_gain);
 
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] double column(std::size_t point) const { return columns_[point]; }
@@ -35,7 +36,7 @@ class SideFit {
  private:
   using Values = std::array<double, points_max>;
 
-  void add_point(std::span<const SideSample> samples);
+  double add_point(std::span<const SideSample> samples);
   double solve(std::span<const SideSample> samples);
   [[nodiscard]] bool is_within_noise(std::span<const SideSample> samples) const;
   [[nodiscard]] std::size_t span_of(const SideSample& sample) const;

@@ -113,7 +113,7 @@ TEST(SideFit, PlanesHaveTwoPoints) {
   std::uniform_real_distribution<double> noise{-0.25, 0.25};
   std::vector<double> disparities;
   for (int i{0}; i < 12; ++i) disparities.push_back(20 + 0.05 * (10 * i + 5) + noise(random));
-  const SideFit fit{samples_of(disparities), 12};
+  const SideFit fit{samples_of(disparities), 12, 0};
   ASSERT_EQ(fit.size(), 2U);
   EXPECT_EQ(fit.column(0), 0);
   EXPECT_EQ(fit.column(1), 120);
@@ -124,18 +124,27 @@ TEST(SideFit, PlanesHaveTwoPoints) {
 TEST(SideFit, CornersHaveAPoint) {
   std::vector<double> disparities;
   for (int i{0}; i < 12; ++i) disparities.push_back(30 - 0.1 * std::abs(10 * i + 5 - 40));
-  const SideFit fit{samples_of(disparities), 4};
+  const SideFit fit{samples_of(disparities), 4, 0};
   ASSERT_EQ(fit.size(), 3U);
   EXPECT_EQ(fit.column(1), 40);
   EXPECT_NEAR(fit.disparity(0), 26, 0.05);
   EXPECT_NEAR(fit.disparity(1), 30, 0.05);
 }
 
+TEST(SideFit, PointsHaveALeastGain) {
+  std::vector<double> disparities;
+  for (int i{0}; i < 12; ++i) disparities.push_back(20 + (i % 2 == 0 ? 0.35 : -0.35));
+  EXPECT_GT((SideFit{samples_of(disparities), 12, 0}.size()), 6U);
+  const SideFit level{samples_of(disparities), 12, 20};
+  ASSERT_EQ(level.size(), 2U);
+  EXPECT_NEAR(level.disparity(0), 20, 0.1);
+}
+
 TEST(SideFit, PointsAreLimited) {
   std::vector<double> teeth;
   for (int i{0}; i < 12; ++i) teeth.push_back(i % 2 == 0 ? 20 : 30);
   for (const std::size_t most : {2U, 4U, 12U}) {
-    SideFit fit{samples_of(teeth), most};
+    SideFit fit{samples_of(teeth), most, 0};
     EXPECT_LE(fit.size(), most);
     for (std::size_t i{0}; i < fit.size(); ++i) {
       EXPECT_GE(fit.disparity(i), 19);
@@ -150,7 +159,7 @@ TEST(SideFit, PointsAreLimited) {
 }
 
 TEST(SideFit, OneSampleIsLevel) {
-  const SideFit fit{samples_of({25}), 4};
+  const SideFit fit{samples_of({25}), 4, 0};
   ASSERT_EQ(fit.size(), 2U);
   EXPECT_NEAR(fit.disparity(0), 25, 1e-9);
   EXPECT_NEAR(fit.disparity(1), 25, 1e-9);
