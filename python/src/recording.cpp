@@ -16,6 +16,7 @@
 #include <variant>
 
 #include "bindings.hpp"
+#include "preset_choice.hpp"
 #include "released_gil.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/recording.hpp"
@@ -208,6 +209,19 @@ void bind_recording(nb::module_& module) {
              "Renders a built-in scene, such as \"street\" or \"scene:street?frames=60&seed=3\", with exact truth in "
              "Frame.truth. Raises InputError.");
   module.def("scene_names", &scenes::scene_names, "Returns the names of the built-in scenes.");
+  module.def(
+      "preset_for",
+      [](const Recording& recording) {
+        const ReleasedGil release;
+        return app::choose_preset(recording.input()).preset;
+      },
+      nb::arg("recording"),
+      "Returns the preset that \"auto\" takes: \"robot\" for a camera less than 0.6 m above the ground, else "
+      "\"default\". Without mount in the calibration, the height is estimated from up to 10 frames. Raises "
+      "DeviceError.");
+  module.def(
+      "preset_advice", [](const Config& self, const MountedRig& rig) { return app::advice_on_preset(self, rig.rig); },
+      nb::arg("config"), nb::arg("rig"), "Returns which preset fits a camera so low; empty: that of config does.");
 }
 
 }  // namespace stereogrid::python

@@ -17,6 +17,7 @@ import json
 import os
 import sys
 import time
+import warnings
 from typing import Any
 
 from . import _core, display
@@ -55,6 +56,8 @@ from ._core import (
     occupancy_values,
     open,
     preset,
+    preset_advice,
+    preset_for,
     preset_names,
     read_run,
     scene_names,
@@ -102,6 +105,8 @@ __all__ = [
     "occupancy_values",
     "open",
     "preset",
+    "preset_advice",
+    "preset_for",
     "preset_names",
     "read_run",
     "run",
@@ -146,14 +151,16 @@ def run(
 ) -> Run:
     """Processes a drive, writes the folder of a run and opens it, as `stereogrid run DRIVE --out OUT` does.
 
-    drive: a Recording, or what open() takes, with its options. config: a preset's name, or a configuration.
+    drive: a Recording, or what open() takes, with its options. config: a preset's name, "auto", or a configuration.
     bar: progress on stderr; left out, if that is a terminal. Raises InputError, ConfigError, DeviceError.
     """
     if isinstance(drive, Recording) and options:
         raise TypeError(f"run(): {', '.join(options)} of a Recording. Give them to open().")
     recording = drive if isinstance(drive, Recording) else open(drive, **options)
     name = config if isinstance(config, str) else "default"
-    pipeline = Pipeline(preset(config) if isinstance(config, str) else config, recording.rig, device=device)
+    if name == "auto":
+        name = preset_for(recording)
+    pipeline = Pipeline(preset(name) if isinstance(config, str) else config, recording.rig, device=device)
     is_shown = sys.stderr.isatty() if bar is None else bar
     begin_s = time.monotonic()
     with RunWriter(out, recording, pipeline, preset=name, resume=resume) as writer:
@@ -163,4 +170,6 @@ def run(
                 _show_progress(done, len(recording), begin_s)
     if is_shown:
         print(file=sys.stderr)
+    if advice := preset_advice(pipeline.config, pipeline.next_rig):
+        warnings.warn(advice, RuntimeWarning, stacklevel=2)
     return read_run(out)

@@ -13,7 +13,7 @@ import stereogrid as sg
 def arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m stereogrid", description="Shows the grids of a drive.")
     parser.add_argument("drive", help="what stereogrid run takes as INPUT, such as a folder or scene:street")
-    parser.add_argument("--preset", default="default", choices=sg.preset_names())
+    parser.add_argument("--preset", default="default", choices=[*sg.preset_names(), "auto"])
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="a parameter; may be repeated")
     parser.add_argument("--frames", default="", metavar="FIRST:LAST")
     parser.add_argument("--save", type=Path, metavar="DIR", help="write a figure per frame instead of showing it")
@@ -50,11 +50,11 @@ def show(frame: sg.Frame, result: sg.FrameResult, folder: Path | None) -> None:
 def main() -> int:
     options = arguments()
     try:
-        config = sg.preset(options.preset)
+        recording = sg.open(options.drive, frames=options.frames)
+        config = sg.preset(sg.preset_for(recording) if options.preset == "auto" else options.preset)
         for setting in options.set:
             key, _, value = setting.partition("=")
             config.set(key, value)
-        recording = sg.open(options.drive, frames=options.frames)
         pipeline = sg.Pipeline(config, recording.rig)
         for frame in recording:
             result = pipeline.process(frame)

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // --help, suggestions for misspelt words, completion.
+#include <regex>
+
 #include "support.hpp"
 
 namespace stereogrid::app::testing {
 namespace {
 
+using ::testing::ContainsRegex;
 using ::testing::Eq;
 using ::testing::IsSupersetOf;
 
@@ -60,7 +63,7 @@ TEST(Help, NamesDefaultsAndValues) {
   EXPECT_THAT(help_of({"completion"}, "80"), HasSubstr("Usage: stereogrid completion bash|zsh|fish [OPTIONS]"));
   EXPECT_THAT(help_of({"run"}, "120"),
               AllOf(HasSubstr("Usage: stereogrid run INPUT [RIGHT] --out DIR"), HasSubstr("-o, --out DIR"),
-                    HasSubstr("--preset default|robot|paper"), HasSubstr("--fuse none|lidar"), HasSubstr("[100]"),
+                    HasSubstr("--preset default|robot|paper|auto"), HasSubstr("--fuse none|lidar"), HasSubstr("[100]"),
                     HasSubstr("--mcap [FILE.mcap]"), HasSubstr("-q, --quiet"), Not(HasSubstr("1000000000"))));
 }
 
@@ -92,7 +95,7 @@ TEST(Completion, KnowsCommandsOptionsAndValues) {
   EXPECT_THAT(candidates({""}), IsSupersetOf(commands));
   EXPECT_THAT(candidates({"si"}), ElementsAre("simulate"));
   EXPECT_THAT(candidates({"run", "--mcap-"}), ElementsAre("--mcap-topics"));
-  EXPECT_THAT(candidates({"run", "--preset", ""}), ElementsAre("default", "robot", "paper"));
+  EXPECT_THAT(candidates({"run", "--preset", ""}), ElementsAre("default", "robot", "paper", "auto"));
   EXPECT_THAT(candidates({"run", "--preset=r"}), ElementsAre("--preset=robot"));
   EXPECT_THAT(candidates({"run", "--device", "c"}), ElementsAre("cpu", "cuda"));
   EXPECT_THAT(candidates({"run", "--poses", ""}), ElementsAre("none", "file", "odometry", ":files"));
@@ -242,6 +245,34 @@ TEST(Info, SaysWhichStepsAreVisibleAndProposesThePresetOfALowCamera) {
   const std::string robot{run_well({"info", scene, "--preset", "robot"}).output};
   EXPECT_THAT(robot, HasSubstr("0.03/0.04 m at 1.2 m"));
   EXPECT_THAT(robot, Not(HasSubstr("--preset robot")));
+}
+
+// The preset that `info` proposes is the one that "auto" takes, in all commands and in the same words.
+TEST(Preset, AutoIsThatOfTheCamerasHeightGivenOrEstimated) {
+  const TemporaryFolder folder;
+  const std::string scene{"scene:corridor?camera=robot&frames=4&width=320&height=200"};
+  const std::string stated{"camera 0.35 m above the ground (calibration)"};
+  EXPECT_THAT(run_well({"info", scene}).output, HasSubstr("--preset robot is made for a camera 0.35 m above"));
+  EXPECT_THAT(run_well({"info", scene, "--preset", "auto"}).output,
+              AllOf(HasSubstr("robot: " + stated), HasSubstr("cells of 0.05 m"), Not(HasSubstr("--preset robot"))));
+  run_well({"simulate", scene, "--out", folder / "drive"});
+  const fs::path calibration{folder / "drive" / "calibration.yaml"};
+  const std::string text{text_of(calibration)};
+  std::ofstream{calibration} << std::regex_replace(text, std::regex{"\n *mount:[^\n]*(\n +[^\n]*)*"}, "");
+  ASSERT_THAT(text_of(calibration), Not(HasSubstr("mount")));
+  const Outcome run{run_tool({"run", folder / "drive", "--out", folder / "run", "--preset", "auto"})};
+  EXPECT_THAT(run.errors, ContainsRegex("preset robot: camera 0\\.[34][0-9] m above the ground \\(estimated\\)"));
+  EXPECT_EQ(json_of(folder / "run" / "run.json").at("preset"), "robot");
+  EXPECT_EQ(json_of(folder / "run" / "run.json").at("config").at("grid").at("cell_size_m"), 0.05);
+  const std::string info{run_well({"info", folder / "drive", "--preset", "auto"}).output};
+  EXPECT_THAT(info, ContainsRegex("preset +robot: camera 0\\.[34][0-9] m above the ground \\(estimated\\)"));
+}
+
+TEST(Preset, AutoIsTheDefaultOfAHighCamera) {
+  const TemporaryFolder folder;
+  const Outcome run{run_tool({"run", small_scene("street", "&frames=1"), "--out", folder / "run", "--preset=auto"})};
+  EXPECT_THAT(run.errors, HasSubstr("preset default: camera 1.25 m above the ground (calibration)"));
+  EXPECT_EQ(json_of(folder / "run" / "run.json").at("preset"), "default");
 }
 
 TEST(Info, RejectsADamagedFrameAndStaysUsable) {

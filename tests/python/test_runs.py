@@ -56,6 +56,17 @@ def test_a_folder_has_one_writer(drive: Path, tmp_path: Path) -> None:
     assert not (tmp_path / ".lock").exists()
 
 
+def test_the_preset_of_the_cameras_height(tmp_path: Path) -> None:
+    low, high = (
+        "scene:corridor?camera=robot&frames=1&width=160&height=100",
+        "scene:street?frames=1&width=160&height=100",
+    )
+    assert [sg.preset_for(sg.open(scene)) for scene in (low, high)] == ["robot", "default"]
+    assert sg.run(low, tmp_path / "auto", config="auto").preset == "robot"
+    with pytest.warns(RuntimeWarning, match="--preset robot is made for a camera 0.35 m above the ground"):
+        sg.run(low, tmp_path / "default")
+
+
 def test_frames_are_taken_in_their_order_and_once(drive: Path, tmp_path: Path) -> None:
     with writer(tmp_path, drive) as run:
         frames = list(run)

@@ -5,6 +5,7 @@
 #include <spdlog/spdlog.h>
 
 #include <array>
+#include <utility>
 
 #include "cli/program.hpp"
 #include "stereogrid/error.hpp"
@@ -16,8 +17,9 @@ namespace stereogrid::app {
 void add_config_options(Command command, ConfigOptions& options) {
   command.group(Group::parameters);
   command
-      .add_option("--preset default|robot|paper", options.preset,
-                  "Preset: default, robot (a low camera), or paper (as published).")
+      .add_option("--preset default|robot|paper|auto", options.preset,
+                  "Preset: default, robot (a low camera), paper (as published), or auto: robot for a camera less than "
+                  "0.6 m above the ground, else default.")
       .show_default();
   command.add_option("--config FILE.yaml", options.file, "YAML file with parameters, as 'config --yaml' prints.");
   command
@@ -28,7 +30,7 @@ void add_config_options(Command command, ConfigOptions& options) {
 }
 
 Config config_from(const ConfigOptions& options) {
-  Config config{preset(options.preset)};
+  Config config{preset(options.preset == automatic_preset ? "default" : options.preset)};
   if (!options.file.empty()) io::load_config(options.file, config);
   for (const std::string& setting : options.settings) {
     const std::size_t equals{setting.find('=')};
@@ -38,6 +40,15 @@ Config config_from(const ConfigOptions& options) {
     set(config, setting.substr(0, equals), setting.substr(equals + 1));
   }
   return config;
+}
+
+Config resolve_preset(ConfigOptions& options, const std::function<PresetChoice()>& choose) {
+  if (options.preset == automatic_preset) {
+    PresetChoice choice{choose()};
+    spdlog::info("preset {}: {}", choice.preset, choice.reason);
+    options.preset = std::move(choice.preset);
+  }
+  return config_from(options);
 }
 
 std::string why_unread(const Config& config, std::string_view key, const InputUse& input) {

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "device_options.hpp"
+#include "preset_choice.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/pipeline.hpp"
 
@@ -22,8 +24,12 @@ struct ConfigOptions {
 
 void add_config_options(Command command, ConfigOptions& options);
 
-/// Throws ConfigError, InputError.
+/// The preset "auto" counts as "default" until resolve_preset() replaces it. Throws ConfigError, InputError.
 [[nodiscard]] Config config_from(const ConfigOptions& options);
+
+/// Replaces the preset "auto" by the chosen one, logs it and returns the configuration with it. `choose` is called
+/// for "auto" only. Throws ConfigError, InputError.
+[[nodiscard]] Config resolve_preset(ConfigOptions& options, const std::function<PresetChoice()>& choose);
 
 /// Inputs of a pipeline that decide which parameters are read.
 struct InputUse {

@@ -179,14 +179,6 @@ void FrameTally::add(const io::FrameSummary& frame) {
   }
 }
 
-std::string advice_on_preset(const Config& config, const Rig& rig) {
-  constexpr double low_m{0.6};
-  constexpr double step_of_cars_m{0.1};
-  const bool is_for_cars{config.ground.model == GroundModel::terrain && config.vehicle.step_max_m > step_of_cars_m};
-  if (rig.camera_height_m >= low_m || !is_for_cars) return {};
-  return "--preset robot is made for a camera so low: small cells, steps of 3 cm, speeds of people";
-}
-
 Findings findings_of(const FrameTally& tally, const TallyContext& context) {
   return DriveDiagnosis{tally, context}.diagnose();
 }

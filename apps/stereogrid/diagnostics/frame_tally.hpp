@@ -64,9 +64,6 @@ struct Findings {
 /// few matches and without a road are examined for the reason. `info`, `run` and `live` all print these texts.
 [[nodiscard]] Findings findings_of(const FrameTally& tally, const TallyContext& context);
 
-/// Advice on the preset for a camera that is low over the ground; "": none.
-[[nodiscard]] std::string advice_on_preset(const Config& config, const Rig& rig);
-
 /// True if one of the images is black or without texture.
 [[nodiscard]] bool is_without_texture(const StereoFrame& frame);
 

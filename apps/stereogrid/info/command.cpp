@@ -15,6 +15,7 @@
 #include "frame_stages.hpp"
 #include "info/look.hpp"
 #include "input.hpp"
+#include "preset_choice.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/recording.hpp"
@@ -107,7 +108,6 @@ void print_terrain(const Config& config, const Rig& rig) {
     text += fmt::format("{}{:.2f}/{:.2f} m at {:.2g} m", text.empty() ? "" : ", ", up, down, x);
   }
   print_row("steps", "up/down, visible from " + text);
-  if (const std::string advice{advice_on_preset(config, rig)}; !advice.empty()) print_row("preset", advice);
 }
 
 /// `rig`: with the extrinsics that were found.
@@ -195,9 +195,13 @@ void propose_mask(const Input& input, const Config& config, const std::string& f
                   100.0 * static_cast<double>(masked) / static_cast<double>(mask.size()), seen, file));
 }
 
-int show(const InfoOptions& options) {
-  const Config config{config_from(options.config)};
+int show(InfoOptions& options) {
+  static_cast<void>(config_from(options.config));  // rejects options before the input is opened
   const Input input{open_input(options.input)};
+  const PresetChoice choice{choose_preset(input)};
+  const bool is_automatic{options.config.preset == automatic_preset};
+  if (is_automatic) options.config.preset = choice.preset;
+  const Config config{config_from(options.config)};
   const Rig& rig{input.source->rig()};
   const std::size_t frames{input.source->size()};
   print_row("input", fmt::format("{} ({})", fmt::join(options.input.paths, " "),
@@ -209,6 +213,8 @@ int show(const InfoOptions& options) {
                config.ground.estimate);
   if (input.recording != nullptr) print_recording(*input.recording);
   print_stamps(input);
+  if (is_automatic) print_row("preset", fmt::format("{}: {}", choice.preset, choice.reason));
+  if (const std::string advice{advice_on_preset(config, choice.rig)}; !advice.empty()) print_row("preset", advice);
   Look look{look_at_frames(input, config, frames_looked_at)};
   print_plan(config, look.rig, input.extrinsics_given);
   print_look(look, frames, config);

@@ -210,15 +210,33 @@ class LiveLoop final : private capture::FrameHandler {
   Clock::time_point reported_{Clock::now()};
 };
 
+/// Preset by the first frames. Those of a camera are not processed again.
+PresetChoice preset_choice_of(const LiveInput& input) {
+  if (input.recording.source != nullptr) return choose_preset(input.recording);
+  return choose_preset(input.source->rig(), input.recording.extrinsics_given, input.mask,
+                       [&]() -> std::optional<StereoFrame> {
+                         while (!input.source->has_ended()) {
+                           try {
+                             if (auto live{input.source->next(100ms)}) return std::move(live->frame);
+                           } catch (const InputError& error) {
+                             spdlog::warn("a frame cannot be used: {}", error.what());
+                           }
+                         }
+                         return std::nullopt;
+                       });
+}
+
 }  // namespace
 
 int live(const LiveOptions& options) {
-  const Config config{config_from(options.config)};
+  static_cast<void>(config_from(options.config));  // rejects options before the source is opened
   MessageOptions messages{options.messages};
   const LiveInput input{open_live_input(options.input, messages.ros2)};
   check(messages, input.source->rig());
+  ConfigOptions parameters{options.config};
+  const Config config{resolve_preset(parameters, [&] { return preset_choice_of(input); })};
   if (const auto* const recording{input.recording.recording}) {
-    warn_of_unread(options.config, config, {recording->gives_disparities()});
+    warn_of_unread(parameters, config, {recording->gives_disparities()});
   }
   Pipeline pipeline{start_pipeline(config, input.source->rig(), options.device,
                                    {.horizons_s = options.predict_s,

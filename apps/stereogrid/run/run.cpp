@@ -145,9 +145,10 @@ int run(const RunOptions& requested) {
     options.messages.mcap = std::filesystem::path{options.folder} / "run.mcap";
   }
   check_options(options);
-  const Config config{config_from(options.config)};
+  static_cast<void>(config_from(options.config));  // rejects options before the input is opened
   const Input input{open_input(options.input)};
   check_options(options, input);
+  const Config config{resolve_preset(options.config, [&] { return choose_preset(input); })};
   warn_of_unread(options.config, config,
                  {input.recording != nullptr && input.recording->gives_disparities(), options.fuse == "lidar"});
   log_input(input);

@@ -80,8 +80,8 @@ std::chrono::nanoseconds seconds(rclcpp_lifecycle::LifecycleNode& node, const st
 
 /// Throws ConfigError with all problems at once.
 stereogrid::Config declare_config(rclcpp_lifecycle::LifecycleNode& node) {
-  stereogrid::Config config{
-      stereogrid::preset(declared<std::string>(node, "preset", "default", "default, or paper: as published."))};
+  stereogrid::Config config{stereogrid::preset(
+      declared<std::string>(node, "preset", "default", "default, robot (a low camera), or paper (as published)."))};
   visit_parameters(config, [&](std::string_view group, const stereogrid::Parameter& parameter, auto& value) {
     std::string sentence{parameter.sentence};
     if (!parameter.unit.empty()) sentence += " [" + std::string{parameter.unit} + "]";
