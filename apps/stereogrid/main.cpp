@@ -32,6 +32,7 @@ void describe(CLI::App& program, int& exit_code) {
   add_live_command(tool, exit_code);
   add_view_command(tool, exit_code);
   add_config_command(tool);
+  add_nav2_params_command(tool);
   add_completion_command(tool);
 }
 

@@ -129,6 +129,7 @@ struct FrameMessages::Implementation {
   Topic<nav_msgs::OccupancyGrid> occupancy_grid{outlet.topic<nav_msgs::OccupancyGrid>("occupancy_grid", true)};
   Topic<nav_msgs::OccupancyGrid> observed_grid{outlet.topic<nav_msgs::OccupancyGrid>("observed_grid", true)};
   std::vector<PredictedGrid> predicted_grids;
+  Topic<nav_msgs::OccupancyGrid> planning_grid{outlet.topic<nav_msgs::OccupancyGrid>("planning_grid", true)};
   Topic<grid_map_msgs::GridMap> grid_map{outlet.topic<grid_map_msgs::GridMap>("grid_map", true)};
   Topic<foxglove_msgs::Grid> packed_grid{outlet.topic<foxglove_msgs::Grid>("packed_grid", true)};
   Topic<nav2_dynamic_msgs::ObstacleArray> obstacles{outlet.topic<nav2_dynamic_msgs::ObstacleArray>("obstacles")};
@@ -207,6 +208,11 @@ void FrameMessages::Implementation::send_predictions(const FrameResult& result) 
     }
     send_grid(found->topic, options.world_frame, result.world.geometry, prediction.world_occupancy);
   }
+  if (result.predictions.empty()) return;
+  outlet.offer(planning_grid, stamp_ns, [&](nav_msgs::OccupancyGrid& message) {
+    mark(message.header, options.world_frame);
+    fill_highest(message, result, options.scale);
+  });
 }
 
 void FrameMessages::Implementation::send_grids(const FrameResult& result) {

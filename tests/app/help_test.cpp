@@ -12,8 +12,8 @@ using ::testing::ContainsRegex;
 using ::testing::Eq;
 using ::testing::IsSupersetOf;
 
-const std::vector<std::string> commands{"run",  "simulate", "evaluate", "export",    "info",
-                                        "live", "view",     "config",   "completion"};
+const std::vector<std::string> commands{"run",  "simulate", "evaluate", "export",      "info",
+                                        "live", "view",     "config",   "nav2-params", "completion"};
 
 std::vector<std::string> lines_of_text(const std::string& text) {
   std::istringstream stream{text};

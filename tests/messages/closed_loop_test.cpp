@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// A round robot that finds its way through the scene "corridor" on the published grids: costs by Nav2's rules
-// (ros2/planners), A*, and a controller that follows the path. The scene is rendered from where the robot is.
+// A round robot that finds its way through the scene "corridor" on the published grids: costs of Nav2's local costmap
+// (nav2_costmap.hpp) with nav2_local_costmap(), A*, and a controller that follows the path. The scene is rendered from
+// where the robot is.
 #include <queue>
+
+#include "nav2_costmap.hpp"
+#include "stereogrid/messages/nav2_parameters.hpp"
 
 #include "stereogrid/messages/nav_msgs.hpp"
 #include "stereogrid/pipeline.hpp"
@@ -24,82 +28,11 @@ double distance(Point2 a, Point2 b) {
   return std::hypot(a.x - b.x, a.y - b.y);
 }
 
-/// Global costmap of the corridor. Grids are written into it as by Nav2's static layer, then inflated.
-class Costmap {
- public:
-  static constexpr int lethal{254};
-  static constexpr int inscribed{253};
-  static constexpr int unknown{255};
-  static constexpr GridGeometry geometry{-1, -2, 0.05, 360, 80};
-
-  /// `layers`: the filtered grid, then predictions with use_maximum.
-  Costmap(const std::vector<OccupancyGrid>& layers, Point2 robot, Point2 start) {
-    for (const OccupancyGrid& layer : layers) add(layer, &layer == &layers.front());
-    for (int iy{0}; iy < geometry.ny; ++iy) {
-      for (int ix{0}; ix < geometry.nx; ++ix) {
-        const Point2 place{geometry.centre(ix, iy)};
-        // the ground that the robot was put on, and its own footprint
-        const bool is_own{distance(place, start) < blind_m || distance(place, robot) < radius_m};
-        if (is_own && cost_(ix, iy) == unknown) cost_(ix, iy) = 0;
-      }
-    }
-    inflate();
-  }
-
-  [[nodiscard]] int at(Point2 place) const {
-    const auto cell{geometry.cell_at(place)};
-    return cell ? cost_(cell->ix, cell->iy) : lethal;
-  }
-  [[nodiscard]] int at(int ix, int iy) const { return cost_(ix, iy); }
-
- private:
-  void add(const OccupancyGrid& grid, bool is_first) {
-    for (std::uint32_t row{0}; row < grid.info.height; ++row) {
-      for (std::uint32_t column{0}; column < grid.info.width; ++column) {
-        const auto cell{geometry.cell_at({grid.info.origin.position.x + (column + 0.5) * grid.info.resolution,
-                                          grid.info.origin.position.y + (row + 0.5) * grid.info.resolution})};
-        if (!cell) continue;
-        const int value{grid.data[row * grid.info.width + column]};  // scale nav2
-        const int cost{value < 0 ? unknown : value >= 100 ? lethal : value * lethal / 100};
-        int& to{cost_(cell->ix, cell->iy)};
-        if (is_first)
-          to = cost;
-        else if (cost != unknown && to < inscribed)
-          to = std::max(to, cost);
-      }
-    }
-  }
-
-  void inflate() {
-    constexpr double inflation_m{0.6};
-    constexpr double padded_m{radius_m + geometry.cell_size_m};
-    constexpr double scaling{4};
-    constexpr int reach{static_cast<int>(inflation_m / geometry.cell_size_m)};
-    const Image<int> before{cost_};
-    for (int iy{0}; iy < geometry.ny; ++iy) {
-      for (int ix{0}; ix < geometry.nx; ++ix) {
-        if (before(ix, iy) != lethal) continue;
-        for (int y{std::max(0, iy - reach)}; y <= std::min(geometry.ny - 1, iy + reach); ++y) {
-          for (int x{std::max(0, ix - reach)}; x <= std::min(geometry.nx - 1, ix + reach); ++x) {
-            const double away_m{std::hypot(x - ix, y - iy) * geometry.cell_size_m};
-            if (away_m > inflation_m) continue;
-            const int cost{away_m <= padded_m ? inscribed
-                                              : static_cast<int>(252 * std::exp(-scaling * (away_m - padded_m)))};
-            int& to{cost_(x, y)};
-            if (to == lethal || (to == unknown && cost < inscribed)) continue;
-            to = to == unknown ? cost : std::max(to, cost);
-          }
-        }
-      }
-    }
-  }
-
-  Image<int> cost_{geometry.nx, geometry.ny, unknown};
-};
+constexpr GridGeometry corridor{-1, -2, 0.05, 360, 80};
 
 /// A* over eight neighbours; unknown cells cost three times free ones. Empty: there is no path.
-std::vector<Point2> path(const Costmap& map, Point2 from, Point2 to) {
-  constexpr GridGeometry grid{Costmap::geometry};
+std::vector<Point2> path(const Nav2Costmap& map, Point2 from, Point2 to) {
+  constexpr GridGeometry grid{corridor};
   const auto begin{grid.cell_at(from)};
   const auto end{grid.cell_at(to)};
   if (!begin || !end) return {};
@@ -110,10 +43,10 @@ std::vector<Point2> path(const Costmap& map, Point2 from, Point2 to) {
   };
   const auto index = [&](CellIndex cell) { return cell.iy * grid.nx + cell.ix; };
   const auto size{static_cast<std::size_t>(grid.nx * grid.ny)};
-  std::vector<double> cost(size, std::numeric_limits<double>::infinity());
+  std::vector<double> costs(size, std::numeric_limits<double>::infinity());
   std::vector<int> before(size, -1);
   std::priority_queue<Open> open;
-  cost[static_cast<std::size_t>(index(*begin))] = 0;
+  costs[static_cast<std::size_t>(index(*begin))] = 0;
   open.push({0, index(*begin)});
   while (!open.empty()) {
     const int cell{open.top().cell};
@@ -124,14 +57,14 @@ std::vector<Point2> path(const Costmap& map, Point2 from, Point2 to) {
     for (int k{0}; k < 9; ++k) {
       const CellIndex next{ix + k % 3 - 1, iy + k / 3 - 1};
       if (k == 4 || next.ix < 0 || next.ix >= grid.nx || next.iy < 0 || next.iy >= grid.ny) continue;
-      const int there{map.at(next.ix, next.iy)};
+      const int there{map.cost_at(grid.centre(next.ix, next.iy))};
       const bool leaves{distance(grid.centre(next.ix, next.iy), from) < radius_m};  // it is too near
-      if (there == Costmap::lethal || (there == Costmap::inscribed && !leaves)) continue;
-      const double factor{there == Costmap::unknown ? 3 : 1 + there / 50.0};
+      if (there == cost::lethal || (there == cost::inscribed && !leaves)) continue;
+      const double factor{there == cost::no_information ? 3 : 1 + there / 50.0};
       const auto at{static_cast<std::size_t>(index(next))};
-      const double total{cost[static_cast<std::size_t>(cell)] + factor * std::hypot(next.ix - ix, next.iy - iy)};
-      if (total >= cost[at]) continue;
-      cost[at] = total;
+      const double total{costs[static_cast<std::size_t>(cell)] + factor * std::hypot(next.ix - ix, next.iy - iy)};
+      if (total >= costs[at]) continue;
+      costs[at] = total;
       before[at] = cell;
       open.push({total + std::hypot(next.ix - end->ix, next.iy - end->iy), static_cast<int>(at)});
     }
@@ -153,13 +86,13 @@ struct Robot {
 
   [[nodiscard]] Point2 place() const { return {pose.x_m, pose.y_m}; }
 
-  void follow(const std::vector<Point2>& path, const Costmap& map) {
+  void follow(const std::vector<Point2>& path, const Nav2Costmap& map) {
     Point2 target{pose * Point2{1, 0}};
     double length_m{0};
     bool is_free{!path.empty()};
     for (std::size_t i{1}; i < path.size() && length_m < ahead_m; ++i) {
       length_m += distance(path[i - 1], path[i]);
-      is_free = is_free && (map.at(path[i]) < Costmap::inscribed || distance(path[i], place()) < blind_m);
+      is_free = is_free && (map.cost_at(path[i]) < cost::inscribed || distance(path[i], place()) < blind_m);
       if (length_m < 0.8) target = path[i];
     }
     const double bearing{std::atan2(target.y - pose.y_m, target.x - pose.x_m) - pose.yaw_rad};
@@ -224,16 +157,6 @@ class Surroundings {
   std::vector<TruthObject> objects_;
 };
 
-/// The last frame's grids, as Nav2 receives them.
-std::vector<OccupancyGrid> layers_of(const Recorder& recorder) {
-  std::vector<OccupancyGrid> layers;
-  for (const char* name :
-       {"occupancy_grid", "predicted_grid_0_5", "predicted_grid_1", "predicted_grid_1_5", "predicted_grid_2"}) {
-    layers.push_back(recorder.last<OccupancyGrid>(std::string{"/stereo_grid/"} + name));
-  }
-  return layers;
-}
-
 class ClosedLoop : public testing::TestWithParam<int> {};
 
 TEST_P(ClosedLoop, ArrivesAndTouchesNothing) {
@@ -246,6 +169,11 @@ TEST_P(ClosedLoop, ArrivesAndTouchesNothing) {
                     {.threads = 2, .stages = false, .horizons_s = {0.5, 1, 1.5, 2}, .in_world_of_poses = true}};
   Recorder recorder;
   FrameMessages messages{recorder, pipeline.rig(), {.scale = OccupancyScale::nav2}};
+  const Nav2Options options{.source = Nav2Source::grid, .has_predictions = true};
+  const YAML::Node file{YAML::Load(nav2_local_costmap(pipeline.rig(), pipeline.vehicle_grid(), options))};
+  const YAML::Node parameters{file["local_costmap"]["local_costmap"]["ros__parameters"]};
+  const auto topic{parameters["stereo_grid"]["map_topic"].as<std::string>()};
+  Nav2Costmap map{parameters, radius_m + corridor.cell_size_m};
   const Point2 start{0, surroundings.box_y_m()};  // behind the box
   Robot robot{{start.x, start.y, 0}};
   Surroundings::Nearest closest{"", 10};
@@ -254,7 +182,8 @@ TEST_P(ClosedLoop, ArrivesAndTouchesNothing) {
     const StereoFrame frame{scene.load(i, robot.pose)};
     recorder.sent.clear();
     messages.send(pipeline.process(frame), {.stamp_ns = frame.stamp_ns});
-    const Costmap map{layers_of(recorder), robot.place(), start};
+    map.receive(topic, recorder.last<OccupancyGrid>(topic));
+    map.update(robot.pose);
     robot.follow(path(map, robot.place(), goal), map);
     const auto nearest{surroundings.nearest(robot.place(), static_cast<double>(i + 1) * step_s)};
     if (nearest.gap_m < closest.gap_m) closest = nearest;

@@ -88,6 +88,36 @@ TEST(OccupancyGridMessage, OfEachPredictionHasATopic) {
   EXPECT_EQ(recorder.last<OccupancyGrid>("/stereo_grid/predicted_grid_2").header.frame_id, "odom");
 }
 
+TEST(OccupancyGridMessage, ForPlanningHasTheHighestOfPresentAndPredictions) {
+  FrameResult result{small_result()};
+  Recorder recorder;
+  FrameMessages messages{recorder, small_rig()};
+  messages.send(result, {});
+  EXPECT_EQ(recorder.count("/stereo_grid/planning_grid"), 0u) << "without predictions it is occupancy_grid";
+  struct Case {
+    float present, sooner, later;
+    int expected;
+  };
+  const std::array<Case, 6> cases{{{0.9f, 0.1f, 0.5f, 90},
+                                   {0.1f, 0.8f, 0.2f, 80},
+                                   {0.1f, 0.5f, 0.5f, 10},
+                                   {0.5f, 0.2f, 0.3f, -1},
+                                   {0.5f, 0.2f, 0.7f, 70},
+                                   {0.1f, 0.2f, 0.3f, 30}}};
+  result.predictions = {{0.5, Image<float>{8, 6, 0.5f}, Image<float>{5, 4, 0.5f}},
+                        {1, Image<float>{8, 6, 0.5f}, Image<float>{5, 4, 0.5f}}};
+  for (std::size_t i{0}; i < cases.size(); ++i) {
+    result.world.occupancy.data()[i] = cases[i].present;
+    result.predictions[0].world_occupancy.data()[i] = cases[i].sooner;
+    result.predictions[1].world_occupancy.data()[i] = cases[i].later;
+  }
+  messages.send(result, {});
+  const auto grid{recorder.last<OccupancyGrid>("/stereo_grid/planning_grid")};
+  EXPECT_EQ(grid.header.frame_id, "odom");
+  ASSERT_EQ(grid.data.size(), 20u);
+  for (std::size_t i{0}; i < cases.size(); ++i) EXPECT_EQ(grid.data[i], cases[i].expected) << i;
+}
+
 /// A vehicle that has turned to the left, with an elevation in one cell of its grid.
 FrameResult raised_result() {
   FrameResult result{small_result()};

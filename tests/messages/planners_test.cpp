@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Interpretation of the grids by planners with the example parameters of ros2/planners, after
-// nav2_costmap_2d/plugins/{static_layer,obstacle_layer}.cpp, Autoware's cost_value.hpp.
+// Parameters of planners, and the grids as Nav2 (nav2_costmap.hpp) and Autoware (cost_value.hpp) read them with these.
 #include <yaml-cpp/yaml.h>
 
+#include "nav2_costmap.hpp"
+#include "stereogrid/messages/geometry_msgs.hpp"
+#include "stereogrid/messages/nav2_parameters.hpp"
 #include "stereogrid/messages/nav_msgs.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"
 #include "stereogrid/occupancy_values.hpp"
@@ -17,144 +19,214 @@ namespace {
 using nav_msgs::OccupancyGrid;
 using sensor_msgs::LaserScan;
 
-constexpr int free_space{0};
-constexpr int inscribed{253};
-constexpr int lethal{254};
-constexpr int no_information{255};
+constexpr double robot_radius_m{0.3};
 
-YAML::Node costmap() {
-  const YAML::Node file{YAML::LoadFile(STEREOGRID_PLANNERS "/nav2_local_costmap.yaml")};
-  return file["local_costmap"]["local_costmap"]["ros__parameters"];
-}
+// A scene through a pipeline, with the messages of each frame.
+class Drive {
+ public:
+  Drive(const std::string& scene, const std::string& preset_name)
+      : scene_{scenes::parse_scene(scene), 2},
+        pipeline_{preset(preset_name), scene_.rig(), {.threads = 2, .horizons_s = {0.5, 1}}},
+        messages_{recorder_, pipeline_.rig(), {.scale = OccupancyScale::nav2}} {}
 
-// The costmap's parameters that a static layer reads, and what it makes of a cell.
-struct StaticLayer {
-  explicit StaticLayer(const YAML::Node& node)
-      : tracks_unknown{node["track_unknown_space"].as<bool>()},
-        is_trinary{node["trinary_costmap"].as<bool>()},
-        lethal_threshold{node["lethal_cost_threshold"].as<int>()},
-        unknown_value{node["unknown_cost_value"].as<int>()} {}
-
-  [[nodiscard]] int cost(std::int8_t cell) const {
-    const int value{static_cast<std::uint8_t>(cell)};
-    if (value == unknown_value) return tracks_unknown ? no_information : free_space;
-    if (value == inscribed_value) return inscribed;
-    if (value >= lethal_threshold) return lethal;
-    if (is_trinary) return free_space;
-    return static_cast<int>(static_cast<double>(value) / lethal_threshold * lethal);
+  [[nodiscard]] std::size_t size() const { return scene_.size(); }
+  [[nodiscard]] const Recorder& recorder() const { return recorder_; }
+  [[nodiscard]] YAML::Node costmap(Nav2Source source) const {
+    const Nav2Options options{.source = source, .has_predictions = true};
+    const YAML::Node file{YAML::Load(nav2_local_costmap(pipeline_.rig(), pipeline_.vehicle_grid(), options))};
+    return file["local_costmap"]["local_costmap"]["ros__parameters"];
   }
 
-  static bool accepts(const OccupancyGrid& grid) {
-    return grid.info.resolution > 1e-6f && grid.data.size() == std::size_t{grid.info.width} * grid.info.height;
+  // Pose of the vehicle.
+  Pose2 next() {
+    const StereoFrame frame{scene_.load(i_++)};
+    const FrameResult& result{pipeline_.process(frame)};
+    messages_.send(result, {.stamp_ns = frame.stamp_ns});
+    return result.world_from_vehicle;
+  }
+  Pose2 last() {
+    while (i_ + 1 < size()) static_cast<void>(next());
+    return next();
   }
 
-  bool tracks_unknown;
-  bool is_trinary;
-  int lethal_threshold;
-  int unknown_value;
-  int inscribed_value{99};  // newer versions
+ private:
+  scenes::Scene scene_;
+  Pipeline pipeline_;
+  Recorder recorder_;
+  FrameMessages messages_;
+  std::size_t i_{0};
 };
 
-// A layer's cell goes into a rolling costmap.
-int combined(const YAML::Node& layer, int before, int cost) {
-  return layer["use_maximum"].as<bool>() ? std::max(before, cost) : cost;
+Drive& driven_street() {
+  static Drive drive{"street?width=320&height=160&frames=12", "default"};
+  if (drive.recorder().sent.empty()) static_cast<void>(drive.last());
+  return drive;
 }
 
-// Range of a valid beam, m.
-std::optional<float> end_of(float range, const LaserScan& scan, bool infinite_is_valid) {
-  if (infinite_is_valid && !std::isfinite(range) && range > 0) range = scan.range_max - 1e-4f;
-  const bool is_within{range >= scan.range_min && range < scan.range_max};
-  return is_within ? std::optional{range} : std::nullopt;
+// A topic of the street with its type and durability.
+void expect_topic(const std::string& topic, std::string_view type, bool is_latched) {
+  const std::vector<Channel>& channels{driven_street().recorder().channels};
+  const auto channel{std::ranges::find(channels, topic, &Channel::topic)};
+  ASSERT_NE(channel, channels.end()) << topic;
+  EXPECT_EQ(channel->type, type);
+  EXPECT_EQ(channel->latched, is_latched) << topic;
 }
 
-bool marks(const YAML::Node& source, float range) {
-  return source["marking"].as<bool>() && range < source["obstacle_max_range"].as<float>() &&
-         range >= source["obstacle_min_range"].as<float>();
-}
-
-// Messages of a street with the default preset, scaled for Nav2.
-const Recorder& driven_street() {
-  static Recorder recorder;
-  if (!recorder.sent.empty()) return recorder;
-  const scenes::Scene scene{scenes::parse_scene("street?width=320&height=160&frames=12"), 2};
-  Pipeline pipeline{preset("default"), scene.rig(), {.threads = 2, .horizons_s = {0.5, 1}}};
-  FrameMessages messages{recorder, pipeline.rig(), {.scale = OccupancyScale::nav2}};
-  for (std::size_t i{0}; i < scene.size(); ++i) {
-    const StereoFrame frame{scene.load(i)};
-    messages.send(pipeline.process(frame), {.stamp_ns = frame.stamp_ns});
+TEST(Nav2Parameters, AskForTopicsThatAreThere) {
+  const YAML::Node grid{driven_street().costmap(Nav2Source::grid)};
+  const auto topic{grid["stereo_grid"]["map_topic"].as<std::string>()};
+  expect_topic(topic, OccupancyGrid::type_name, grid["stereo_grid"]["map_subscribe_transient_local"].as<bool>());
+  const auto message{driven_street().recorder().last<OccupancyGrid>(topic)};
+  EXPECT_EQ(message.header.frame_id, grid["global_frame"].as<std::string>());
+  EXPECT_EQ(grid["resolution"].as<float>(), message.info.resolution);
+  const YAML::Node scan{driven_street().costmap(Nav2Source::scan)["stereo_grid"]["scan"]};
+  expect_topic(scan["topic"].as<std::string>(), LaserScan::type_name, false);
+  const YAML::Node voxels{driven_street().costmap(Nav2Source::points)["stereo_grid"]};
+  const auto tf{driven_street().recorder().last<tf2_msgs::TFMessage>("/tf_static")};
+  for (const char* source : {"mark", "clear"}) {
+    expect_topic(voxels[source]["topic"].as<std::string>(), sensor_msgs::PointCloud2::type_name, false);
+    EXPECT_EQ(voxels[source]["sensor_frame"].as<std::string>(), tf.transforms.front().child_frame_id);
   }
-  return recorder;
-}
-
-bool is_latched(const std::string& topic) {
-  return std::ranges::any_of(driven_street().channels,
-                             [&](const auto& one) { return one.topic == topic && one.latched; });
-}
-
-TEST(Nav2Example, AsksForTopicsThatAreThere) {
-  const YAML::Node node{costmap()};
-  int static_layers{0};
-  for (const YAML::Node& name : node["plugins"]) {
-    const YAML::Node layer{node[name.as<std::string>()]};
-    ASSERT_TRUE(layer) << name;
-    if (layer["plugin"].as<std::string>() != "nav2_costmap_2d::StaticLayer") continue;
-    const auto topic{layer["map_topic"].as<std::string>()};
-    EXPECT_EQ(driven_street().type_of(topic), OccupancyGrid::type_name);
-    EXPECT_EQ(layer["map_subscribe_transient_local"].as<bool>(), is_latched(topic)) << topic;
-    const auto grid{driven_street().last<OccupancyGrid>(topic)};
-    EXPECT_EQ(grid.header.frame_id, node["global_frame"].as<std::string>()) << topic;
-    EXPECT_LE(node["resolution"].as<float>(), grid.info.resolution) << "cells of the costmap would step over some";
-    ++static_layers;
+  for (const YAML::Node& one : {grid, scan, voxels}) {
+    EXPECT_FALSE(one["use_maximum"]) << "no layer of Nav2 reads it";
   }
-  EXPECT_EQ(static_layers, 3);
-  const auto source{node["obstacles"]["observation_sources"].as<std::string>()};
-  const YAML::Node scan{node["obstacles"][source]};
-  EXPECT_EQ(driven_street().type_of(scan["topic"].as<std::string>()), LaserScan::type_name);
 }
 
-TEST(Nav2Example, GivesEachProbabilityItsCost) {
-  const StaticLayer layer{costmap()};
-  const auto cost = [&](float p) { return layer.cost(occupancy_value(p, OccupancyScale::nav2)); };
-  EXPECT_EQ(cost(0.5f), free_space);  // unknown
+TEST(Nav2Parameters, AreThoseOfTheOptions) {
+  const GridGeometry geometry{0, -3, 0.05, 120, 120};
+  const Nav2Options options{.node = "robot1/grid", .world_frame = "robot1/odom", .robot_frame = "robot1/base"};
+  const YAML::Node file{YAML::Load(nav2_local_costmap(small_rig(), geometry, options))};
+  const YAML::Node node{file["local_costmap"]["local_costmap"]["ros__parameters"]};
+  EXPECT_EQ(node["stereo_grid"]["map_topic"].as<std::string>(), "/robot1/grid/occupancy_grid");
+  EXPECT_EQ(node["global_frame"].as<std::string>(), "robot1/odom");
+  EXPECT_EQ(node["robot_base_frame"].as<std::string>(), "robot1/base");
+  EXPECT_EQ(node["width"].as<int>(), 14) << "6 m ahead and 3 m aside are 6.7 m away";
+  EXPECT_EQ(node["resolution"].as<std::string>(), "0.05");
+  EXPECT_EQ(node["update_frequency"].as<std::string>(), "10.0") << "Nav2 rejects an integer";
+}
+
+TEST(Nav2Parameters, GiveEachProbabilityItsCost) {
+  const Nav2Costmap costmap{driven_street().costmap(Nav2Source::grid), robot_radius_m};
+  const auto cost_of = [&](float p) { return costmap.interpreted(occupancy_value(p, OccupancyScale::nav2)); };
+  EXPECT_EQ(cost_of(0.5f), cost::no_information);
   int before{0};
   for (int percent{0}; percent <= 100; ++percent) {
     const float p{static_cast<float>(percent) / 100};
     if (!is_known(p)) continue;
-    EXPECT_GE(cost(p), before) << p;
-    EXPECT_NE(cost(p), inscribed) << p << ": the robot's own radius is inflated by another layer";
-    EXPECT_EQ(cost(p) == lethal, p >= 0.65f) << p;
-    EXPECT_EQ(cost(p) == free_space, p <= 0.35f) << p;
-    before = cost(p);
+    EXPECT_GE(cost_of(p), before) << p;
+    EXPECT_NE(cost_of(p), cost::inscribed) << p << ": the robot's own radius is inflated by another layer";
+    EXPECT_EQ(cost_of(p) == cost::lethal, p >= 0.65f) << p;
+    EXPECT_EQ(cost_of(p) == cost::free_space, p <= 0.35f) << p;
+    before = cost_of(p);
   }
-  EXPECT_EQ(layer.cost(occupancy_value(0.99f, OccupancyScale::percent)), inscribed) << "why it is not this scale";
+  EXPECT_EQ(costmap.interpreted(occupancy_value(0.99f, OccupancyScale::percent)), cost::inscribed)
+      << "why it is not this scale";
 }
 
-// The file's comment on track_unknown_space.
-TEST(Nav2Example, DoesNotLoseObstaclesUnderUnknownPredictions) {
-  const YAML::Node node{costmap()};
-  StaticLayer layer{node};
-  const auto of_all = [&](float now, float soon, float later) {
-    int cost{no_information};
-    const std::vector<std::pair<std::string, float>> cells{{"stereo_grid", now}, {"soon", soon}, {"later", later}};
-    for (const auto& [name, p] : cells) {
-      cost = combined(node[name], cost, layer.cost(occupancy_value(p, OccupancyScale::nav2)));
+struct Compared {
+  int lethal{0};    // cells of the message
+  int lost{0};      // lethal in the message, less in the costmap
+  int invented{0};  // the other way round
+  int hidden{0};    // unknown in the message, free in the costmap
+};
+
+// Cells of a message beside those of a costmap without inflation.
+void compare(const OccupancyGrid& grid, const Nav2Costmap& costmap, const Pose2& robot, Compared& compared) {
+  const double resolution_m{static_cast<double>(grid.info.resolution)};
+  for (std::size_t i{0}; i < grid.data.size(); ++i) {
+    const Point2 place{grid.info.origin.position.x + (static_cast<double>(i % grid.info.width) + 0.5) * resolution_m,
+                       grid.info.origin.position.y + (static_cast<double>(i / grid.info.width) + 0.5) * resolution_m};
+    int mx{0};
+    int my{0};
+    const bool is_own{std::hypot(place.x - robot.x_m, place.y - robot.y_m) < robot_radius_m + resolution_m};
+    if (is_own || !costmap.cells().world_to_map(place, mx, my)) continue;
+    const bool is_lethal{costmap.cells().at(mx, my) == cost::lethal};
+    compared.lethal += grid.data[i] == 100 ? 1 : 0;
+    compared.lost += grid.data[i] == 100 && !is_lethal ? 1 : 0;
+    compared.invented += grid.data[i] != 100 && is_lethal ? 1 : 0;
+    compared.hidden += grid.data[i] == -1 && costmap.cells().at(mx, my) == cost::free_space ? 1 : 0;
+  }
+}
+
+TEST(Nav2Parameters, LoseAndInventNoObstacles) {
+  Drive drive{"crossing?width=320&height=160&frames=20", "default"};
+  YAML::Node parameters{drive.costmap(Nav2Source::grid)};
+  parameters["plugins"] = std::vector<std::string>{"stereo_grid"};  // without inflation
+  const auto topic{parameters["stereo_grid"]["map_topic"].as<std::string>()};
+  std::array<Nav2Costmap, 2> costmaps{Nav2Costmap{parameters, robot_radius_m, Nav2Version::jazzy},
+                                      Nav2Costmap{parameters, robot_radius_m, Nav2Version::lyrical}};
+  Compared planned;
+  Compared present;
+  for (std::size_t i{0}; i < drive.size(); ++i) {
+    const Pose2 robot{drive.next()};
+    const auto grid{drive.recorder().last<OccupancyGrid>(topic)};
+    for (Nav2Costmap& costmap : costmaps) {
+      costmap.receive(topic, grid);
+      costmap.update(robot);
+      compare(grid, costmap, robot, planned);
+      compare(drive.recorder().last<OccupancyGrid>("/stereo_grid/occupancy_grid"), costmap, robot, present);
     }
-    return cost;
-  };
-  EXPECT_EQ(of_all(0.9f, 0.5f, 0.1f), lethal);
-  EXPECT_EQ(of_all(0.1f, 0.9f, 0.5f), lethal);
-  EXPECT_EQ(of_all(0.1f, 0.1f, 0.1f), free_space);
-  layer.tracks_unknown = true;
-  EXPECT_EQ(of_all(0.9f, 0.5f, 0.1f), no_information) << "no longer needed where Nav2 does otherwise";
+  }
+  std::printf("%d lethal cells: %d lost, %d invented; of %d of the present %d lost\n", planned.lethal, planned.lost,
+              planned.invented, present.lethal, present.lost);
+  EXPECT_GT(present.lethal, 1000);
+  EXPECT_GT(planned.lethal, present.lethal) << "no predictions";
+  EXPECT_EQ(planned.lost, 0);
+  EXPECT_EQ(planned.invented, 0);
+  EXPECT_EQ(planned.hidden, 0);
+  EXPECT_EQ(present.lost, 0);
 }
 
-TEST(Nav2Example, AcceptsTheWindowAsItMoves) {
+TEST(Nav2Parameters, MarkNothingWhereAllIsFree) {
+  for (const auto& [scene, preset_name] : {std::pair{"street?width=320&height=160&frames=1", "default"},
+                                           std::pair{"corridor?camera=robot&frames=1", "robot"}}) {
+    Drive drive{scene, preset_name};
+    const Pose2 robot{drive.last()};
+    auto scan{drive.recorder().last<LaserScan>("/stereo_grid/scan")};
+    std::ranges::fill(scan.ranges, std::numeric_limits<float>::infinity());
+    YAML::Node parameters{drive.costmap(Nav2Source::scan)};
+    const auto lethal_cells = [&] {
+      Nav2Costmap costmap{parameters, robot_radius_m};
+      costmap.receive("/stereo_grid/scan", scan, robot);
+      costmap.update(robot);
+      EXPECT_GT(std::ranges::count(costmap.cells().costs, cost::free_space), 100);
+      return std::ranges::count(costmap.cells().costs, cost::lethal);
+    };
+    EXPECT_EQ(lethal_cells(), 0) << preset_name;
+    parameters["stereo_grid"]["scan"]["obstacle_max_range"] = static_cast<double>(scan.range_max) + 1;
+    EXPECT_GT(lethal_cells(), std::ssize(scan.ranges) / 4) << "walls that the ranges above prevent";
+  }
+}
+
+TEST(Nav2Parameters, MarkTheObstaclesOfTheScan) {
+  Drive drive{"street?width=320&height=160&frames=8", "default"};
+  const Pose2 robot{drive.last()};
+  const auto scan{drive.recorder().last<LaserScan>("/stereo_grid/scan")};
+  const YAML::Node parameters{drive.costmap(Nav2Source::scan)};
+  Nav2Costmap costmap{parameters, robot_radius_m};
+  costmap.receive("/stereo_grid/scan", scan, robot);
+  costmap.update(robot);
+  const auto far_m{parameters["stereo_grid"]["scan"]["obstacle_max_range"].as<float>()};
+  int hits{0};
+  for (std::size_t i{0}; i < scan.ranges.size(); ++i) {
+    const auto range_m{static_cast<double>(scan.ranges[i])};
+    if (!(scan.ranges[i] < far_m)) continue;
+    const auto bearing_rad{static_cast<double>(scan.angle_min + static_cast<float>(i) * scan.angle_increment)};
+    const Point2 hit{range_m * std::cos(bearing_rad), range_m * std::sin(bearing_rad)};
+    EXPECT_EQ(costmap.cost_at(robot * hit), cost::lethal);
+    ++hits;
+  }
+  EXPECT_GT(hits, std::ssize(scan.ranges) / 10);
+  EXPECT_LE(std::ranges::count(costmap.cells().costs, cost::lethal), hits);
+}
+
+TEST(Nav2Parameters, AcceptTheWindowAsItMoves) {
   std::set<double> corners;
-  for (const Recorder::Sent& one : driven_street().sent) {
+  for (const Recorder::Sent& one : driven_street().recorder().sent) {
     if (one.topic != "/stereo_grid/occupancy_grid") continue;
     OccupancyGrid grid;
     decode(one.cdr, grid);
-    EXPECT_TRUE(StaticLayer::accepts(grid));
+    EXPECT_EQ(grid.data.size(), std::size_t{grid.info.width} * grid.info.height);
     EXPECT_EQ(grid.info.origin.orientation.w, 1) << "a turn is ignored";
     const double resolution_m{static_cast<double>(grid.info.resolution)};
     for (const double corner_m : {grid.info.origin.position.x, grid.info.origin.position.y}) {
@@ -165,28 +237,8 @@ TEST(Nav2Example, AcceptsTheWindowAsItMoves) {
   EXPECT_GT(corners.size(), 1u) << "it did not move";
 }
 
-TEST(Nav2Example, MarksObstaclesOfTheScanAndNothingElse) {
-  const YAML::Node source{costmap()["obstacles"]["scan"]};
-  const bool infinite_is_valid{source["inf_is_valid"].as<bool>()};
-  const auto scan{driven_street().last<LaserScan>("/stereo_grid/scan")};
-  EXPECT_LT(source["obstacle_max_range"].as<float>(), scan.range_max);
-  int marked{0};
-  int cleared{0};
-  for (const float range : scan.ranges) {
-    const auto end{end_of(range, scan, infinite_is_valid)};
-    EXPECT_EQ(end.has_value(), !std::isnan(range)) << range;
-    if (!end) continue;
-    cleared += source["clearing"].as<bool>() ? 1 : 0;
-    if (!marks(source, *end)) continue;
-    EXPECT_TRUE(std::isfinite(range)) << "an obstacle where all is free";
-    ++marked;
-  }
-  EXPECT_GT(marked, 0);
-  EXPECT_GT(cleared, marked);
-}
-
-TEST(Nav2Example, KeepsAScanThatLiesOnTheGround) {
-  const YAML::Node layer{costmap()["obstacles"]};
+TEST(Nav2Parameters, KeepAScanThatLiesOnTheGround) {
+  const YAML::Node layer{driven_street().costmap(Nav2Source::scan)["stereo_grid"]};
   for (const YAML::Node& node : {layer, layer["scan"]}) {
     EXPECT_LT(node["min_obstacle_height"].as<double>(), 0);
     EXPECT_GT(node["max_obstacle_height"].as<double>(), 0);
@@ -209,10 +261,7 @@ TEST(RvizConfiguration, ShowsTopicsThatArePublished) {
     ++displays;
     const std::string name{topic["Value"].as<std::string>()};
     const std::string kind{display["Class"].as<std::string>().substr(std::string{"rviz_default_plugins/"}.size())};
-    const auto channel{std::ranges::find(driven_street().channels, name, &Channel::topic)};
-    ASSERT_NE(channel, driven_street().channels.end()) << name;
-    EXPECT_EQ(channel->type, types.at(kind)) << name;
-    EXPECT_EQ(topic["Durability Policy"].as<std::string>() == "Transient Local", channel->latched) << name;
+    expect_topic(name, types.at(kind), topic["Durability Policy"].as<std::string>() == "Transient Local");
   }
   EXPECT_EQ(displays, 6);
 }

@@ -38,6 +38,7 @@ TEST(FrameMessages, AreOfTheseTypes) {
       {"/stereo_grid/occupancy_grid", {"nav_msgs/msg/OccupancyGrid", true}},
       {"/stereo_grid/observed_grid", {"nav_msgs/msg/OccupancyGrid", true}},
       {"/stereo_grid/predicted_grid_0_5", {"nav_msgs/msg/OccupancyGrid", true}},
+      {"/stereo_grid/planning_grid", {"nav_msgs/msg/OccupancyGrid", true}},
       {"/stereo_grid/grid_map", {"grid_map_msgs/msg/GridMap", true}},
       {"/stereo_grid/packed_grid", {"foxglove_msgs/msg/Grid", true}},
       {"/stereo_grid/obstacles", {"nav2_dynamic_msgs/msg/ObstacleArray", false}},

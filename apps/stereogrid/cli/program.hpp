@@ -37,6 +37,7 @@ void add_info_command(Command tool, int& exit_code);
 void add_live_command(Command tool, int& exit_code);
 void add_view_command(Command tool, int& exit_code);
 void add_config_command(Command tool);
+void add_nav2_params_command(Command tool);
 void add_completion_command(Command tool);
 
 /// Returns the fault of an option's value; "": none.

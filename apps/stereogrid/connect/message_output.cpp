@@ -77,7 +77,7 @@ void add_message_options(Command command, MessageOptions& options) {
       .add_option_function(
           "--value-scale", [&options](const std::string& name) { options.scale = scale_named(name); },
           "Scale of the values of occupancy grid messages: nav2 for Nav2's static layer "
-          "(ros2/planners). Otherwise percent.")
+          "(docs/ros2.md). Otherwise percent.")
       .one_of(scale_names());
   command.add_flag("--ros2", options.ros2.publishes,
                    "Publish the same messages as topics of a ROS 2 node, in the domain ROS_DOMAIN_ID (docs/ros2.md).");

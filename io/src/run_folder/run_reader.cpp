@@ -95,6 +95,7 @@ void RunReader::read_run() {
     rig_ = rig_of_run(run.at("rig"));
     input_ = run_input_of(run.at("input"));
     preset_ = run.at("preset").get<std::string>();
+    predict_s_ = run.value("predict_s", std::vector<double>{});
     compact_ = run.value("compact", false);
     layers_ = run.value("layers", std::vector<std::string>{});
   });

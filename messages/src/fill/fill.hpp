@@ -29,6 +29,9 @@ namespace stereogrid::messages {
 
 void fill(nav_msgs::OccupancyGrid& message, const GridGeometry& geometry, const Image<float>& occupancy,
           OccupancyScale scale);
+/// Filtered grid of the world with the highest probability of the present and of all predictions in each cell. Unknown
+/// cells of predictions do not count; cells unknown in the present are unknown unless a prediction is occupied.
+void fill_highest(nav_msgs::OccupancyGrid& message, const FrameResult& result, OccupancyScale scale);
 /// With elevation where the result has it, in the world's cells.
 void fill(grid_map_msgs::GridMap& message, const FrameResult& result);
 /// 7 bytes per cell, 9 with elevation (docs/messages.md).

@@ -19,6 +19,17 @@ double corner(double min_m, double cell_size_m, float resolution) {
   return (is_snapped ? whole : cells) * static_cast<double>(resolution);
 }
 
+void set_info(nav_msgs::OccupancyGrid& message, const GridGeometry& geometry) {
+  nav_msgs::MapMetaData& info{message.info};
+  info.map_load_time = message.header.stamp;
+  info.resolution = static_cast<float>(geometry.cell_size_m);
+  info.width = static_cast<std::uint32_t>(geometry.nx);
+  info.height = static_cast<std::uint32_t>(geometry.ny);
+  info.origin.position = {corner(geometry.x_min_m, geometry.cell_size_m, info.resolution),
+                          corner(geometry.y_min_m, geometry.cell_size_m, info.resolution), 0};
+  message.data.resize(static_cast<std::size_t>(geometry.nx) * static_cast<std::size_t>(geometry.ny));
+}
+
 struct Layer {
   const char* name;
   const Image<float>* cells;
@@ -99,15 +110,20 @@ void lay_out(std_msgs::MultiArrayLayout& layout, int rows, int columns) {
 
 void fill(nav_msgs::OccupancyGrid& message, const GridGeometry& geometry, const Image<float>& occupancy,
           OccupancyScale scale) {
-  nav_msgs::MapMetaData& info{message.info};
-  info.map_load_time = message.header.stamp;
-  info.resolution = static_cast<float>(geometry.cell_size_m);
-  info.width = static_cast<std::uint32_t>(occupancy.width());
-  info.height = static_cast<std::uint32_t>(occupancy.height());
-  info.origin.position = {corner(geometry.x_min_m, geometry.cell_size_m, info.resolution),
-                          corner(geometry.y_min_m, geometry.cell_size_m, info.resolution), 0};
-  message.data.resize(occupancy.size());
+  set_info(message, geometry);
   std::ranges::transform(occupancy, message.data.begin(), [&](float p) { return occupancy_value(p, scale); });
+}
+
+void fill_highest(nav_msgs::OccupancyGrid& message, const FrameResult& result, OccupancyScale scale) {
+  set_info(message, result.world.geometry);
+  for (std::size_t i{0}; i < message.data.size(); ++i) {
+    float highest{result.world.occupancy.data()[i]};
+    for (const Prediction& prediction : result.predictions) {
+      const float later{prediction.world_occupancy.data()[i]};
+      if (is_known(later)) highest = std::max(highest, later);
+    }
+    message.data[i] = occupancy_value(highest, scale);
+  }
 }
 
 // Index (0, 0) is the corner of the largest x and y, column-major, with x and y descending: our order reversed.

@@ -74,9 +74,9 @@ std::unique_ptr<TemporaryFolder> RunMcap::folder;
 TEST_F(RunMcap, HasEveryTopicOfEveryFrame) {
   std::map<std::string, std::uint64_t> expected{{"/tf", frames}, {"/tf_static", 1}, {"/diagnostics", 1}};
   for (const char* topic :
-       {"occupancy_grid", "observed_grid", "predicted_grid_0_5", "grid_map", "packed_grid", "obstacles", "detections",
-        "obstacle_markers", "disparity", "points", "left/camera_info", "left/image_annotated/compressed",
-        "u_disparity/compressed", "scan", "odometry", "status"}) {
+       {"occupancy_grid", "observed_grid", "predicted_grid_0_5", "planning_grid", "grid_map", "packed_grid",
+        "obstacles", "detections", "obstacle_markers", "disparity", "points", "left/camera_info",
+        "left/image_annotated/compressed", "u_disparity/compressed", "scan", "odometry", "status"}) {
     expected[std::string{"/stereo_grid/"} + topic] = frames;
   }
   EXPECT_EQ(counts_of(file()), expected);

@@ -46,6 +46,8 @@ class STEREOGRID_EXPORT RunReader {
   [[nodiscard]] Rig rig_of(const RunFrame& frame) const;
   /// "default" and so on.
   [[nodiscard]] const std::string& preset() const { return preset_; }
+  /// Horizons of its predictions, s.
+  [[nodiscard]] const std::vector<double>& predict_s() const { return predict_s_; }
   /// Throws InputError: also where the run was written without one of them (--layers).
   [[nodiscard]] RunGrids grids(const std::string& name) const;
   /// The filtered grid's alone. Throws as grids().
@@ -65,6 +67,7 @@ class STEREOGRID_EXPORT RunReader {
   Rig rig_;
   RunInput input_;
   std::string preset_;
+  std::vector<double> predict_s_;
   bool compact_{false};
   std::vector<std::string> layers_;  // none: all
   std::vector<RunFrame> frames_;
