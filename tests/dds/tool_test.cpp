@@ -51,7 +51,7 @@ TEST(DdsTool, ARunPublishes) {
 
 TEST(DdsTool, LiveTakesImagesAndPosesAndGivesTheirStampsBack) {
   Peer map{grids("/stereo_grid/occupancy_grid", 10, 40)};
-  Peer live{tool("live ros2:/stereo --poses /stereo/odom --ros2 --listen :0", 6)};
+  Peer live{tool("live ros2:/stereo --poses /stereo/odom --ros2-camera-at 0,0,0 --ros2 --listen :0", 6)};
   Peer cameras{bare_peer("pairs /stereo best_effort 256x160 20 5")};
   const std::vector<std::string> pairs{cameras.rest()};
   const std::vector<std::string> came{map.rest()};
@@ -61,38 +61,83 @@ TEST(DdsTool, LiveTakesImagesAndPosesAndGivesTheirStampsBack) {
   EXPECT_THAT(said, AllOf(HasSubstr("CameraInfo of /stereo/left/camera_info"), Not(HasSubstr("no pose"))));
 }
 
-// The same cameras, 10 m ahead of the frame of the poses.
+/// base_link → left_optical, latched.
+class RobotStatePublisher {
+ public:
+  RobotStatePublisher() {
+    using messages::tf2_msgs::TFMessage;
+    channel_ = node_->sink().add({"/tf_static", TFMessage::type_name, messages::definition_of<TFMessage>(), true});
+  }
+  /// `rotation`: by default that of a camera with its axis along x.
+  void send(const messages::geometry_msgs::Vector3& place,
+            const messages::geometry_msgs::Quaternion& rotation = {-0.5, 0.5, -0.5, 0.5}) {
+    messages::tf2_msgs::TFMessage message;
+    auto& one{message.transforms.emplace_back()};
+    one.header.frame_id = "base_link";
+    one.child_frame_id = "left_optical";
+    one.transform.translation = place;
+    one.transform.rotation = rotation;
+    messages::CdrWriter writer;
+    node_->sink().send(channel_, 0, writer.encode(message));
+  }
+
+ private:
+  std::unique_ptr<Node> node_{open_node({.name = "robot_state_publisher"})};
+  std::uint32_t channel_{};
+};
+
+// The same cameras at the origin of the robot's frame, 10 m ahead by option, and turned to the left by TF.
 TEST(DdsTool, TheCameraMayBeElsewhereThanWhatThePosesAreOf) {
+  const std::string options{"live ros2:/stereo --poses /stereo/odom --ros2 --listen :0 --ros2-node "};
+  RobotStatePublisher robot;
+  robot.send({0, 0, 1.1}, {-std::numbers::sqrt2 / 2, 0, 0, std::numbers::sqrt2 / 2});
   Peer here{grids("/a/occupancy_grid", 5, 40)};
   Peer ahead{grids("/b/occupancy_grid", 5, 40)};
+  Peer left{grids("/c/occupancy_grid", 5, 40)};
   Peer vehicle{grids("/b/observed_grid", 1, 40)};
-  Peer first{tool("live ros2:/stereo --poses /stereo/odom --ros2 --ros2-node a --listen :0", 6)};
-  Peer second{
-      tool("live ros2:/stereo --poses /stereo/odom --ros2 --ros2-node b --ros2-camera-at 10,0,0 --listen :0", 6)};
+  Peer first{tool(options + "a --ros2-camera-at 0,0,0", 6)};
+  Peer second{tool(options + "b --ros2-camera-at 10,0,0", 6)};
+  Peer third{tool(options + "c", 6)};
   Peer cameras{bare_peer("pairs /stereo best_effort 256x160 10 5")};
   const std::vector<std::string> near{here.rest()};
   const std::vector<std::string> far{ahead.rest()};
+  const std::vector<std::string> turned{left.rest()};
   ASSERT_THAT(near, SizeIs(5));
   ASSERT_THAT(far, SizeIs(5));
+  ASSERT_THAT(turned, SizeIs(5));
+  const auto moved = [&near](const std::vector<std::string>& other, std::size_t coordinate) {
+    return std::stod(word(other[4], coordinate)) - std::stod(word(near[4], coordinate));
+  };
   constexpr std::size_t origin_x{5};
-  EXPECT_NEAR(std::stod(word(far[4], origin_x)) - std::stod(word(near[4], origin_x)), 10, 2) << near[4] << far[4];
+  constexpr std::size_t origin_y{6};
+  EXPECT_NEAR(moved(far, origin_x), 10, 2) << near[4] << far[4];
+  EXPECT_NEAR(moved(far, origin_y), 0, 1) << near[4] << far[4];
+  EXPECT_NEAR(moved(turned, origin_x), -10, 2) << "half the grid's length" << near[4] << turned[4];
+  EXPECT_NEAR(moved(turned, origin_y), 10, 1) << near[4] << turned[4];
   EXPECT_THAT(vehicle.line(), HasSubstr(" stereo_grid "));
+}
+
+TEST(DdsTool, APlaceOfTheCameraThatIsUnknownIsWaitedFor) {
+  for (const char* poses : {"tf", "/stereo/odom"}) {
+    Peer map{grids("/stereo_grid/occupancy_grid", 1, 40)};
+    Peer live{tool("live ros2:/stereo --ros2 --listen :0 --poses " + std::string{poses}, 8)};
+    Peer cameras{bare_peer("pairs /stereo best_effort 256x160 10 8")};
+    std::this_thread::sleep_for(std::chrono::seconds{5});
+    const auto sent{std::chrono::system_clock::now().time_since_epoch()};
+    RobotStatePublisher robot;
+    robot.send({0.5, 0, 1.1});
+    const std::vector<std::string> came{map.rest()};
+    ASSERT_THAT(came, SizeIs(1)) << poses;
+    EXPECT_GT(std::stoll(word(came[0], 1)), std::chrono::nanoseconds{sent}.count() - 1'000'000'000) << "too early";
+    EXPECT_THAT(all_of(live), AllOf(HasSubstr("waiting: TF does not connect base_link with left_optical"),
+                                    HasSubstr("extrinsics of TF (base_link → left_optical)")));
+  }
 }
 
 // odom → base_link is the cameras' peer's, base_link → left_optical is latched and 0.5 m ahead, 1.1 m up.
 TEST(DdsTool, TfGivesTheCamerasPoseAndItsMounting) {
-  messages::tf2_msgs::TFMessage message;
-  auto& one{message.transforms.emplace_back()};
-  one.header.frame_id = "base_link";
-  one.child_frame_id = "left_optical";
-  one.transform.translation = {0.5, 0, 1.1};
-  one.transform.rotation = {-0.5, 0.5, -0.5, 0.5};
-  const auto robot{open_node({.name = "robot_state_publisher"})};
-  const std::uint32_t channel{robot->sink().add({"/tf_static", messages::tf2_msgs::TFMessage::type_name,
-                                                 messages::definition_of<messages::tf2_msgs::TFMessage>(), true})};
-  messages::CdrWriter writer;
-  robot->sink().send(channel, 0, writer.encode(message));
-
+  RobotStatePublisher robot;
+  robot.send({0.5, 0, 1.1});
   Peer map{grids("/stereo_grid/occupancy_grid", 5, 40)};
   Peer observed{grids("/stereo_grid/observed_grid", 1, 40)};
   Peer live{tool("live ros2:/stereo --poses tf --ros2 --listen :0", 7)};
@@ -121,7 +166,7 @@ TEST(DdsTool, LiveTakesCompressedImages) {
 TEST(DdsTool, WhereTimeStepsBackAllRestarts) {
   for (const char* option : {"", " --ros2-sim-time"}) {
     Peer map{grids("/stereo_grid/occupancy_grid", 200, 7)};
-    Peer live{tool("live ros2:/stereo --poses tf --ros2 --listen :0" + std::string{option}, 6)};
+    Peer live{tool("live ros2:/stereo --poses tf --ros2-camera-at 0,0,0 --ros2 --listen :0" + std::string{option}, 6)};
     for (int i{0}; i < 2; ++i) Peer{bare_peer("pairs /stereo best_effort 256x160 20 2.5 1000")}.rest();
     std::vector<std::string> stamps;
     for (const std::string& grid : map.rest()) stamps.push_back(word(grid, 1));
@@ -141,14 +186,14 @@ TEST(DdsTool, CamerasOfDifferentClocksAreDistinguished) {
 }
 
 TEST(DdsTool, FramesWithoutAPoseAreLeftOutAndCounted) {
-  Peer live{tool("live ros2:/stereo --poses /nowhere --listen :0", 5)};
+  Peer live{tool("live ros2:/stereo --poses /nowhere --ros2-camera-at 0,0,0 --listen :0", 5)};
   Peer cameras{bare_peer("pairs /stereo reliable 256x160 10 4")};
   const std::string said{all_of(live)};
   EXPECT_THAT(said, AllOf(HasSubstr("/nowhere: there is no pose yet."), HasSubstr("no pose of its instant: ")));
 }
 
 TEST(DdsTool, DroppedPosesAreCountedWithTheirReason) {
-  Peer live{tool("live ros2:/stereo --poses /stereo/odom --listen :0", 5)};
+  Peer live{tool("live ros2:/stereo --poses /stereo/odom --ros2-camera-at 0,0,0 --listen :0", 5)};
   Peer cameras{bare_peer("pairs /stereo reliable 256x160 10 4 1000 halved")};
   const std::string said{all_of(live)};
   EXPECT_THAT(said,
@@ -184,8 +229,9 @@ TEST(DdsTool, OptionsThatDoNotFitAreRefused) {
        {"live ros2:/a --loop", "live ros2:/a --poses file", "live ros2:/a --disparities d",
         "live ros2:/a --ros2-node 1", "live ros2:/a --ros2-camera-at 1,0,0",
         "live scene:street --ros2 --ros2-camera-at 1,0,0", "live ros2:/a --poses tf --ros2-camera-at 1,x,0",
-        "live ros2:/a --ros2-frames odom", "live scene:street --ros2 --ros2-frames odom,odom",
-        "live ros2:/a --ros2-remap x", "live scene:street --ros2-node a", "live scene:street --ros2 --ros2-sim-time",
+        "live ros2:/a --ros2-frames odom", "live ros2:/a --poses tf --ros2-frames odom,base_link",
+        "live scene:street --ros2 --ros2-frames odom,odom", "live ros2:/a --ros2-remap x",
+        "live scene:street --ros2-node a", "live scene:street --ros2 --ros2-sim-time",
         "run scene:street --out never --ros2-leave-tf"}) {
     Peer live{tool(words, 10)};
     EXPECT_THAT(all_of(live), HasSubstr("stereogrid: ")) << words;

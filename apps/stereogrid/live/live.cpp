@@ -323,10 +323,10 @@ void add_live_command(Command tool, int& exit_code) {
   add_message_options(command, options->messages);
   command.group(Group::messages);
   command
-      .add_option("--ros2-camera-at X,Y,YAW", options->messages.ros2.camera_at,
-                  "For ros2:/… with its poses: position of the left camera in the frame of the poses "
-                  "(base_link), m ahead, m to the left, degrees to the left. The vehicle's frame is then stereo_grid, "
-                  "and /tf has it.")
+      .add_option(
+          "--ros2-camera-at X,Y,YAW", options->messages.ros2.camera_at,
+          "For ros2:/… with its poses: place of the left camera in the robot's frame (base_link), m ahead, m to the "
+          "left, degrees to the left. Otherwise TF's.")
       .expected(3);
   command.add_flag("--ros2-sim-time", options->messages.ros2.uses_sim_time,
                    "For ros2:/…: use the time of /clock, as with use_sim_time; if it steps back, all begins "

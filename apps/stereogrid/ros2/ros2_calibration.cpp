@@ -75,8 +75,8 @@ std::array<CameraInfo, 2> wait_for_infos(dds::Node& node, const std::string& nam
   }
 }
 
-io::Calibration stereo_calibration(dds::Node& node, const InputOptions& options, const FoundImages& found) {
-  if (!options.calibration.empty()) return io::read_calibration(options.calibration);
+LiveCalibration stereo_calibration(dds::Node& node, const InputOptions& options, const FoundImages& found) {
+  if (!options.calibration.empty()) return {io::read_calibration(options.calibration)};
   const std::array<std::string, 2> topics{rosbag::info_topic_of(found.left), rosbag::info_topic_of(found.right)};
   auto [left_info, right_info]{wait_for_infos(node, options.paths.front(), topics)};
   if (std::max(left_info.width, left_info.height) > io::largest_side_px) {
@@ -85,9 +85,11 @@ io::Calibration stereo_calibration(dds::Node& node, const InputOptions& options,
   }
   const auto width_px{static_cast<int>(left_info.width)};
   const auto height_px{static_cast<int>(left_info.height)};
-  return rosbag::calibration_of(
-      {std::move(left_info), topics[0], topics[0]}, {std::move(right_info), topics[1], topics[1]},
-      rosbag::is_rectified(found.left) && rosbag::is_rectified(found.right), width_px, height_px);
+  const std::string frame{left_info.header.frame_id};
+  return {rosbag::calibration_of(
+              {std::move(left_info), topics[0], topics[0]}, {std::move(right_info), topics[1], topics[1]},
+              rosbag::is_rectified(found.left) && rosbag::is_rectified(found.right), width_px, height_px),
+          frame};
 }
 
 /// Calibration messages of images with depth.
@@ -162,19 +164,20 @@ DepthMessages wait_for_depth(dds::Node& node, const InputOptions& options, const
   }
 }
 
-io::Calibration depth_calibration(dds::Node& node, const InputOptions& options, const FoundImages& found) {
+LiveCalibration depth_calibration(dds::Node& node, const InputOptions& options, const FoundImages& found) {
   DepthMessages came{wait_for_depth(node, options, found)};
   const int width_px{came.images.width()};
   const int height_px{came.images.height()};
   static_cast<void>(
       io::fit_depth(std::move(came.depth_m), width_px, height_px, io::printable(found.right.name)));  // or throws
-  if (!came.infos) return io::read_depth_calibration(options.calibration, width_px, height_px);
-  return rosbag::calibration_of(*std::move(came.infos), found.left, found.images, width_px, height_px);
+  if (!came.infos) return {io::read_depth_calibration(options.calibration, width_px, height_px)};
+  const std::string frame{came.infos->images.message.header.frame_id};
+  return {rosbag::calibration_of(*std::move(came.infos), found.left, found.images, width_px, height_px), frame};
 }
 
 }  // namespace
 
-io::Calibration live_calibration(dds::Node& node, const InputOptions& options, const FoundImages& found) {
+LiveCalibration live_calibration(dds::Node& node, const InputOptions& options, const FoundImages& found) {
   return found.images.has_depth() ? depth_calibration(node, options, found) : stereo_calibration(node, options, found);
 }
 

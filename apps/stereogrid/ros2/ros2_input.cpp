@@ -5,8 +5,8 @@
 #include <chrono>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <string>
-#include <thread>
 #include <utility>
 
 #include "live/live.hpp"
@@ -19,6 +19,7 @@
 #include "stereogrid/mcap/bag.hpp"
 #include "stereogrid/messages/cdr.hpp"
 #include "stereogrid/messages/geometry_msgs.hpp"
+#include "stereogrid/messages/nav_msgs.hpp"
 #include "stereogrid/messages/std_msgs.hpp"
 
 namespace stereogrid::app {
@@ -29,8 +30,7 @@ using messages::tf2_msgs::TFMessage;
 
 constexpr std::size_t dynamic_depth{100};  // as tf2_ros has it
 constexpr std::size_t static_depth{100};
-constexpr auto image_patience{1s};
-constexpr auto static_patience{100ms};  // they have been received since before the images were found
+constexpr auto static_patience{1s};  // patience for extrinsics without poses
 constexpr double degrees_per_radian{180 / 3.14159265358979323846};
 
 /// A buffer that receives /tf and /tf_static while the node exists.
@@ -50,37 +50,60 @@ std::shared_ptr<rosbag::TransformBuffer> subscribe_transforms(dds::Node& node) {
   return buffer;
 }
 
-/// frame_id of the next image on a topic; "": none has come within a second, or it has none.
-std::string frame_of_images(dds::Node& node, const mcap::Topic& images) {
+/// First message on a topic, which is waited for.
+std::vector<std::byte> wait_for_message(dds::Node& node, const mcap::Topic& topic) {
   NewestMessages newest{node};
-  newest.add(images);
-  const auto end{std::chrono::steady_clock::now() + image_patience};
-  for (; std::chrono::steady_clock::now() < end; std::this_thread::sleep_for(10ms)) {
-    const auto cdr{newest.of(images.name)};
-    if (!cdr) continue;
-    messages::std_msgs::Header header;
-    messages::CdrReader reader{*cdr, messages::std_msgs::Header::type_name};
-    reader("header", header);
-    return header.frame_id;
+  newest.add(topic);
+  Waiting waiting;
+  for (;;) {
+    if (auto cdr{newest.of(topic.name)}) return *std::move(cdr);
+    waiting.print(fmt::format("no message has come on {}.", io::printable(topic.name)));
   }
-  return "";
 }
 
-/// Sets height, pitch and roll from base_footprint or base_link to the camera's frame; logs it. Returns false and
-/// changes nothing where TF has neither, or the camera is not above z = 0 there.
-bool set_extrinsics_of_tf(Rig& rig, rosbag::TransformBuffer& transforms, const std::string& camera_frame) {
-  if (camera_frame.empty() || !transforms.are_connected("base_link", camera_frame, static_patience)) return false;
+std::string frame_of_images(dds::Node& node, const mcap::Topic& images) {
+  const std::vector<std::byte> cdr{wait_for_message(node, images)};
+  messages::std_msgs::Header header;
+  messages::CdrReader reader{cdr, messages::std_msgs::Header::type_name};
+  reader("header", header);
+  return header.frame_id;
+}
+
+/// Waits until TF has the place of the camera on the robot. Throws InputError: the camera has no frame.
+void wait_for_place(rosbag::TransformBuffer& transforms, const std::string& base, const std::string& camera_frame,
+                    const mcap::Topic& images) {
+  constexpr const char* alternative{"Publish it, or give --ros2-camera-at X,Y,YAW."};
+  if (camera_frame.empty()) {
+    throw InputError{io::printable(images.name), "its messages have no frame_id: the camera's place is unknown.",
+                     alternative};
+  }
+  Waiting waiting;
+  while (!transforms.are_connected(base, camera_frame, 0ms)) {
+    waiting.print(fmt::format("TF does not connect {} with {}: the camera's place is unknown. {}",
+                              io::printable(base, 60), io::printable(camera_frame, 60), alternative));
+  }
+}
+
+/// Sets height, pitch and roll from base_footprint, else from the robot's frame, to the camera's frame; logs it.
+/// Returns false and changes nothing where TF has neither, or the camera is not above z = 0 there.
+bool set_extrinsics_of_tf(Rig& rig, rosbag::TransformBuffer& transforms, const std::string& base,
+                          const std::string& camera_frame) {
+  if (camera_frame.empty() || !transforms.are_connected(base, camera_frame, static_patience)) {
+    spdlog::warn(
+        "TF does not connect {} with the camera's frame \"{}\": its height and pitch are estimated from images",
+        io::printable(base, 60), io::printable(camera_frame, 60));
+    return false;
+  }
   // base_link may be above the road
-  const char* const base{transforms.are_connected("base_footprint", camera_frame, static_patience) ? "base_footprint"
-                                                                                                   : "base_link"};
-  if (!rosbag::set_extrinsics(rig, transforms.newest(base, camera_frame, 0ms))) {
+  const std::string ground{transforms.are_connected("base_footprint", camera_frame, 0ms) ? "base_footprint" : base};
+  if (!rosbag::set_extrinsics(rig, transforms.newest(ground, camera_frame, 0ms))) {
     spdlog::warn("TF: {} is not above z = 0 of {}, or points straight up or down; its extrinsics are not used",
-                 io::printable(camera_frame, 60), base);
+                 io::printable(camera_frame, 60), io::printable(ground, 60));
     return false;
   }
   spdlog::info("extrinsics of TF ({} → {}), checked against the road: height {:.2f} m, pitch {:.1f}°, roll {:.1f}°",
-               base, io::printable(camera_frame, 60), rig.camera_height_m, rig.camera_pitch_rad * degrees_per_radian,
-               rig.camera_roll_rad * degrees_per_radian);
+               io::printable(ground, 60), io::printable(camera_frame, 60), rig.camera_height_m,
+               rig.camera_pitch_rad * degrees_per_radian, rig.camera_roll_rad * degrees_per_radian);
   return true;
 }
 
@@ -96,9 +119,9 @@ void check_options(const InputOptions& options) {
       "nav_msgs/Odometry, such as /odom."};
 }
 
-// Pose of the camera in the frame of the poses; if it is not the origin, the vehicle frame has another name.
-Pose2 camera_in(Ros2Options& ros2, bool has_poses) {
-  if (ros2.camera_at.empty()) return {};
+/// Pose of the camera in the frame of the poses, as given by the user.
+std::optional<Pose2> camera_of_user(const Ros2Options& ros2, bool has_poses) {
+  if (ros2.camera_at.empty()) return std::nullopt;
   if (!has_poses) {
     throw ConfigError{
         "--ros2-camera-at says where the camera is in the frame of poses, but there are none: give --poses, too."};
@@ -107,9 +130,31 @@ Pose2 camera_in(Ros2Options& ros2, bool has_poses) {
   for (const double value : ros2.camera_at) {
     if (!(std::abs(value) <= farthest_m)) throw ConfigError{"--ros2-camera-at: metres and degrees, up to 1000."};
   }
+  return Pose2{ros2.camera_at[0], ros2.camera_at[1], ros2.camera_at[2] / degrees_per_radian};
+}
+
+/// The vehicle frame of poses has a name of its own, unless the camera is at the origin of the robot's frame.
+void name_frames(Ros2Options& ros2, const std::string& base, const std::optional<Pose2>& camera) {
   if (ros2.frames.empty()) ros2.frames = {"odom", "stereo_grid"};
-  constexpr double degree{3.14159265358979323846 / 180};
-  return {ros2.camera_at[0], ros2.camera_at[1], ros2.camera_at[2] * degree};
+  if (ros2.frames[1] != base) return;
+  if (camera != Pose2{}) {
+    throw ConfigError{fmt::format(
+        "--ros2-frames: {} is the robot's frame, but the vehicle frame lies below the left camera. Give another name, "
+        "or --ros2-camera-at 0,0,0 if both are the same.",
+        io::printable(base, 60))};
+  }
+  ros2.leaves_tf = true;
+}
+
+/// Sets the robot's frame and, unless the user names it, the world's to those of the odometry, which is waited for.
+void read_frames_of_odometry(dds::Node& node, const std::string& topic, std::string& base, std::string* world) {
+  mcap::Topic poses;
+  poses.name = topic;
+  poses.type = messages::nav_msgs::Odometry::type_name;
+  messages::nav_msgs::Odometry odometry;
+  messages::decode(wait_for_message(node, poses), odometry);
+  if (!odometry.child_frame_id.empty()) base = odometry.child_frame_id;
+  if (world != nullptr && !odometry.header.frame_id.empty()) *world = odometry.header.frame_id;
 }
 
 }  // namespace
@@ -120,28 +165,35 @@ bool is_ros2(const std::string& source) {
 
 LiveInput open_ros2_input(const InputOptions& options, Ros2Options& ros2) {
   check_options(options);
-  const bool has_poses{options.poses == "tf" || options.poses.starts_with('/')};
-  const Pose2 camera{camera_in(ros2, has_poses)};
   const bool is_of_tf{options.poses == "tf"};
-  if (is_of_tf && ros2.frames.empty()) ros2.frames = {"odom", "stereo_grid"};
-  // the odometry publishes the robot's own frame
-  if (has_poses && (ros2.frames.empty() || ros2.frames[1] == "base_link")) ros2.leaves_tf = true;
+  const bool has_poses{is_of_tf || options.poses.starts_with('/')};
+  const std::optional<Pose2> camera{camera_of_user(ros2, has_poses)};
+  const bool is_world_named{!ros2.frames.empty()};
+  std::string base{"base_link"};
+  if (has_poses) name_frames(ros2, base, camera);
   std::shared_ptr<dds::Node> node{open_ros2_node(ros2)};
   const std::shared_ptr<rosbag::TransformBuffer> transforms{subscribe_transforms(*node)};
   const FoundImages found{wait_for_images(*node, options)};
-  io::Calibration calibration{live_calibration(*node, options, found)};
-  const std::string camera_frame{frame_of_images(*node, found.left)};
+  auto [calibration, camera_frame]{live_calibration(*node, options, found)};
   const bool are_extrinsics_given{calibration.has_extrinsics};
-  if (!are_extrinsics_given) {
-    calibration.has_extrinsics = set_extrinsics_of_tf(calibration.rig, *transforms, camera_frame);
+  const bool is_place_of_tf{has_poses && !camera};
+  if (camera_frame.empty() && (is_place_of_tf || !are_extrinsics_given)) {
+    camera_frame = frame_of_images(*node, found.left);
   }
-  const std::string world{is_of_tf ? ros2.frames[0] : ""};
-  const bool is_camera_tracked{is_of_tf && ros2.camera_at.empty() && ros2.frames[1] != "base_link" &&
-                               !camera_frame.empty() &&
-                               transforms->are_connected("base_link", camera_frame, static_patience)};
-  if (is_of_tf) {
-    spdlog::info("poses of {}: {} in {} on /tf", is_camera_tracked ? "the camera" : "the vehicle",
-                 is_camera_tracked ? io::printable(camera_frame, 60) : "base_link", io::printable(world, 60));
+  if (is_place_of_tf) {
+    if (!is_of_tf) {
+      read_frames_of_odometry(*node, options.poses, base, is_world_named ? nullptr : &ros2.frames[0]);
+      name_frames(ros2, base, camera);
+    }
+    wait_for_place(*transforms, base, camera_frame, found.left);
+  }
+  if (!are_extrinsics_given) {
+    calibration.has_extrinsics = set_extrinsics_of_tf(calibration.rig, *transforms, base, camera_frame);
+  }
+  if (has_poses) {
+    spdlog::info("poses of {}: {} in {} on {}", is_of_tf && !camera ? "the camera" : "the vehicle",
+                 io::printable(is_of_tf && !camera ? camera_frame : base, 60), io::printable(ros2.frames[0], 60),
+                 is_of_tf ? "/tf" : io::printable(options.poses));
   }
   const std::chrono::duration<double, std::milli> tolerance{options.pair_tolerance_ms};
   const Ros2Setup setup{.left = found.left,
@@ -150,11 +202,11 @@ LiveInput open_ros2_input(const InputOptions& options, Ros2Options& ros2) {
                         .pairing = {.tolerance = std::chrono::duration_cast<std::chrono::nanoseconds>(tolerance),
                                     .has_depth = found.images.has_depth()},
                         .poses = has_poses && !is_of_tf ? options.poses : "",
-                        .transforms = is_of_tf ? transforms : nullptr,
-                        .world_frame = world,
-                        .tracked_frame = is_camera_tracked ? camera_frame : "base_link",
-                        .is_camera_tracked = is_camera_tracked,
-                        .posed_from_camera = camera,
+                        .world_frame = is_of_tf ? ros2.frames[0] : "",
+                        .base_frame = base,
+                        .camera_frame = camera_frame,
+                        .transforms = transforms,
+                        .base_from_camera = camera,
                         .uses_sim_time = ros2.uses_sim_time};
   spdlog::info("{} and {}, {}", io::printable(setup.left.name), rosbag::second_of(found.images),
                setup.calibration.kind);

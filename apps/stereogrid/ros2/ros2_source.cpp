@@ -118,7 +118,7 @@ void Ros2Source::State::take_clock(std::span<const std::byte> cdr) {
 void Ros2Source::State::request_reset(const char* why) {
   spdlog::info("{}: restart", why);
   poses.clear();
-  if (setup.transforms) setup.transforms->clear();
+  setup.transforms->clear();
   for (const capture::Drop& drop : pair->dropped()) earlier[drop.reason] += drop.frames;
   pair = new_pair();
   newest_ns.fill(before_all);
@@ -162,14 +162,20 @@ void Ros2Source::State::log_dropped_poses() {
 }
 
 Pose2 Ros2Source::State::pose_at(std::int64_t stamp_ns) {
-  if (!setup.transforms) return poses.at(stamp_ns, pose_patience) * setup.posed_from_camera;
-  const cv::Affine3d tracked{setup.transforms->at(setup.world_frame, setup.tracked_frame, stamp_ns, pose_patience)};
-  return setup.is_camera_tracked ? rosbag::pose_of_camera(tracked)
-                                 : rosbag::pose_of_vehicle(tracked) * setup.posed_from_camera;
+  const std::optional<Pose2>& fixed{setup.base_from_camera};
+  const auto of_tf = [&](const std::string& frame, const std::string& child) {
+    return setup.transforms->at(frame, child, stamp_ns, pose_patience);
+  };
+  if (!setup.world_frame.empty()) {
+    return fixed ? rosbag::pose_of_vehicle(of_tf(setup.world_frame, setup.base_frame)) * *fixed
+                 : rosbag::pose_of_camera(of_tf(setup.world_frame, setup.camera_frame));
+  }
+  const Pose2 base{poses.at(stamp_ns, pose_patience)};
+  return base * (fixed ? *fixed : rosbag::pose_of_camera(of_tf(setup.base_frame, setup.camera_frame)));
 }
 
 void Ros2Source::State::place(capture::LiveFrame& live) {
-  if (setup.poses.empty() && !setup.transforms) return;
+  if (setup.poses.empty() && setup.world_frame.empty()) return;
   try {
     live.frame.world_from_vehicle = pose_at(live.frame.stamp_ns);
   } catch (const InputError& error) {

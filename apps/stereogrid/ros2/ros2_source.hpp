@@ -26,13 +26,13 @@ struct Ros2Setup {
   mcap::Topic right;  ///< images, or depth or disparities of the left ones (PairingOptions::has_depth)
   io::Calibration calibration;
   capture::PairingOptions pairing{};
-  std::string poses{};  ///< a topic of nav_msgs/Odometry; "": the frames have none, or those of `transforms`
-  std::shared_ptr<rosbag::TransformBuffer> transforms{};  ///< poses of `tracked_frame` in `world_frame`; none: `poses`
-  std::string world_frame{};
-  std::string tracked_frame{};
-  bool is_camera_tracked{false};  ///< `tracked_frame` is the left camera's optical frame, else a vehicle's
-  Pose2 posed_from_camera{};      ///< left camera in the frame of the poses
-  bool uses_sim_time{false};      ///< time is that of /clock
+  std::string poses{};         ///< topic of nav_msgs/Odometry; "": the frames have none, or those of TF
+  std::string world_frame{};   ///< not empty: poses are those of TF in this frame
+  std::string base_frame{};    ///< the robot's, of which the topic has the poses
+  std::string camera_frame{};  ///< left camera's optical frame
+  std::shared_ptr<rosbag::TransformBuffer> transforms{};
+  std::optional<Pose2> base_from_camera{};  ///< given by the user; none: that of TF at the frame's instant
+  bool uses_sim_time{false};                ///< time is that of /clock
 };
 
 /// Images of two cameras, or of one with depth, as topics of ROS 2, paired by their stamps, which the frames keep. If
@@ -58,7 +58,7 @@ class Ros2Source final : public capture::LiveSource {
   std::shared_ptr<State> state_;  // the node has it, too
 };
 
-/// Logs a wait that lasts.
+/// Sleeps 50 ms at a time and logs what it waits for: after 2 s, then every 10 s.
 class Waiting {
  public:
   void print(const std::string& sentence);
@@ -67,8 +67,7 @@ class Waiting {
   using Clock = std::chrono::steady_clock;
 
   std::string sentence_;
-  std::string reported_;
-  Clock::time_point since_{Clock::now()};
+  Clock::time_point next_log_{};
 };
 
 /// Newest message of each topic; subscribed for the lifetime of this object.
@@ -110,8 +109,13 @@ struct FoundImages {
 /// Topics of left images and of right images or depth, chosen as in bags; logs what it waits for.
 [[nodiscard]] FoundImages wait_for_images(dds::Node& node, const InputOptions& options);
 
+struct LiveCalibration {
+  io::Calibration calibration;
+  std::string camera_frame{};  ///< frame_id of the left CameraInfo; "": unknown
+};
+
 /// Calibration of the file in the options, else of CameraInfo (and of DisparityImage), which is waited for. Throws
 /// InputError: it does not fit the images; depth that does not belong to them.
-[[nodiscard]] io::Calibration live_calibration(dds::Node& node, const InputOptions& options, const FoundImages& found);
+[[nodiscard]] LiveCalibration live_calibration(dds::Node& node, const InputOptions& options, const FoundImages& found);
 
 }  // namespace stereogrid::app

@@ -20,6 +20,7 @@ using namespace std::chrono_literals;
 
 constexpr auto look_every{50ms};
 constexpr auto log_after{2s};
+constexpr auto log_every{10s};
 
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
@@ -98,12 +99,13 @@ std::string missing_of(const Seen& seen, const rosbag::ImageTopics& chosen, Cloc
 }  // namespace
 
 void Waiting::print(const std::string& sentence) {
+  const Clock::time_point now{Clock::now()};
   if (sentence != sentence_) {
     sentence_ = sentence;
-    since_ = Clock::now();
-  } else if (Clock::now() - since_ > log_after && reported_ != sentence) {
+    next_log_ = now + log_after;
+  } else if (now > next_log_) {
     spdlog::warn("waiting: {}", sentence);
-    reported_ = sentence;
+    next_log_ = now + log_every;
   }
   std::this_thread::sleep_for(look_every);
 }

@@ -57,7 +57,7 @@ class In(unittest.TestCase):
         front = Cameras(self.node, '/front', RELIABLE)
         rear = Cameras(self.node, '/rear', BEST_EFFORT, 'rgb8')
         grids = [self.grids_of('front_grid'), self.grids_of('rear_grid')]
-        with Tool('live', 'ros2:/front', '--poses', '/front/odom', '--ros2', '--ros2-node', 'front_grid', '--listen',
+        with Tool('live', 'ros2:/front', '--poses', '/front/odom', '--ros2-camera-at', '0,0,0', '--ros2', '--ros2-node', 'front_grid', '--listen',
                   ':0') as first, Tool('live', 'ros2:/rear', '--poses', 'none', '--ros2', '--ros2-node', 'rear_grid',
                                        '--listen', ':0') as second:
             done = self.send_until(lambda: min(map(len, grids)) >= 5, [front.send, rear.send])
@@ -142,7 +142,7 @@ class In(unittest.TestCase):
     def test_simulated_time_that_jumps_back(self):
         cameras = Cameras(self.node, '/simulated')
         grids = self.grids_of('sim_grid')
-        with Tool('live', 'ros2:/simulated', '--poses', '/simulated/odom', '--ros2', '--ros2-node', 'sim_grid',
+        with Tool('live', 'ros2:/simulated', '--poses', '/simulated/odom', '--ros2-camera-at', '0,0,0', '--ros2', '--ros2-node', 'sim_grid',
                   '--ros2-sim-time', '--listen', ':0') as tool:
             first = self.send_until(lambda: len(grids) >= 3, [cameras.send], 1000 * 10**9)
             before = len(grids)
