@@ -149,10 +149,73 @@ TEST(DdsTool, TfGivesTheCamerasPoseAndItsMounting) {
                           HasSubstr("poses of the camera: left_optical in odom"), Not(HasSubstr("cannot be used"))));
 }
 
-TEST(DdsTool, AnotherNodeWithTheSameTransformIsNamed) {
-  Peer robot{bare_peer("pairs /elsewhere best_effort 64x48 10 5")};
-  Peer live{tool("live " + scene + " --loop --ros2 --listen :0", 5)};
-  EXPECT_THAT(all_of(live), HasSubstr("/tf: another node publishes odom → base_link, too. Give --ros2-leave-tf."));
+/// odom → base_link of a robot at y = 100 m, and what other nodes publish to base_link.
+class Robot {
+ public:
+  Robot() {
+    node_->subscribe("/tf", std::string{TFMessage::type_name}, 100, [others = others_](std::span<const std::byte> cdr) {
+      TFMessage message;
+      messages::decode(cdr, message);
+      for (const auto& one : message.transforms) *others += one.child_frame_id == "base_link" ? 1 : 0;
+    });
+  }
+  [[nodiscard]] int others() const { return *others_; }
+  void publish_for(std::chrono::milliseconds duration) {
+    if (!channel_) {
+      channel_ = node_->sink().add({"/tf", TFMessage::type_name, messages::definition_of<TFMessage>(), false});
+    }
+    TFMessage message;
+    auto& one{message.transforms.emplace_back()};
+    one.header.frame_id = "odom";
+    one.child_frame_id = "base_link";
+    one.transform.translation.y = 100;
+    messages::CdrWriter writer;
+    for (const auto end{std::chrono::steady_clock::now() + duration}; std::chrono::steady_clock::now() < end;) {
+      node_->sink().send(*channel_, 0, writer.encode(message));
+      std::this_thread::sleep_for(std::chrono::milliseconds{20});
+    }
+  }
+
+ private:
+  using TFMessage = messages::tf2_msgs::TFMessage;
+
+  std::unique_ptr<Node> node_{open_node({.name = "robot"})};
+  std::optional<std::uint32_t> channel_{};
+  std::shared_ptr<std::atomic<int>> others_{std::make_shared<std::atomic<int>>(0)};
+};
+
+const std::string not_published{
+    "another node publishes the transform odom → base_link: odom → base_link is not published on /tf."};
+
+TEST(DdsTool, ATransformOfARobotIsNotPublished) {
+  Robot robot;
+  robot.publish_for(std::chrono::milliseconds{100});
+  Peer live{tool("live " + scene + " --loop --ros2 --listen :0", 4)};
+  robot.publish_for(std::chrono::seconds{4});
+  EXPECT_THAT(all_of(live), HasSubstr(not_published));
+  EXPECT_EQ(robot.others(), 0);
+}
+
+TEST(DdsTool, ATransformIsPublishedUntilARobotHasIt) {
+  Robot robot;
+  Peer live{tool("live " + scene + " --loop --ros2 --listen :0", 8)};
+  ASSERT_TRUE(becomes([&] { return robot.others() > 3; }));
+  robot.publish_for(std::chrono::milliseconds{1000});
+  const int before{robot.others()};
+  robot.publish_for(std::chrono::milliseconds{1000});
+  EXPECT_EQ(robot.others(), before);
+  EXPECT_THAT(all_of(live), HasSubstr(not_published));
+}
+
+TEST(DdsTool, StaticTransformsOfTheFirstSecondArePublishedAfterIt) {
+  std::atomic<bool> has_come{false};
+  const auto node{open_node({.name = "listener"})};
+  node->subscribe(
+      "/tf_static", std::string{messages::tf2_msgs::TFMessage::type_name}, 10,
+      [&has_come](std::span<const std::byte>) { has_come = true; }, true);
+  Peer live{tool("live " + scene + " --loop --ros2 --listen :0", 4)};
+  EXPECT_TRUE(becomes([&] { return has_come.load(); }));
+  EXPECT_THAT(all_of(live), Not(HasSubstr("another node")));
 }
 
 TEST(DdsTool, LiveTakesCompressedImages) {

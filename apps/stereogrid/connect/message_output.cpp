@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "cli/program.hpp"
+#include "connect/own_transforms.hpp"
 #include "pictures/picture.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
@@ -119,16 +120,16 @@ class McapSink final : public messages::Sink {
   McapSink(const fs::path& file, bool all) : writer_{file}, all_{all} {}
 
   std::uint32_t add(const messages::Channel& channel) override {
-    const bool is_wanted{!all_ || !channel.topic.ends_with("_points")};
-    Open& open{channels_.emplace_back(Open{0, 0, is_wanted})};
-    if (!is_wanted) return static_cast<std::uint32_t>(channels_.size() - 1);
+    const bool is_recorded{!all_ || !channel.topic.ends_with("_points")};
+    Open& open{channels_.emplace_back(Open{0, 0, is_recorded})};
+    if (!is_recorded) return static_cast<std::uint32_t>(channels_.size() - 1);
     const mcap::OfferedQos qos{.depth = channel.latched ? 1 : 10, .transient_local = channel.latched};
     const std::uint16_t schema{writer_.add_schema(channel.type, "ros2msg", channel.definition)};
     open.id =
         writer_.add_channel(channel.topic, "cdr", schema, {{"offered_qos_profiles", mcap::offered_qos_profiles(qos)}});
     return static_cast<std::uint32_t>(channels_.size() - 1);
   }
-  [[nodiscard]] bool wants(std::uint32_t channel) const override { return channels_.at(channel).is_wanted; }
+  [[nodiscard]] bool wants(std::uint32_t channel) const override { return channels_.at(channel).is_recorded; }
   void send(std::uint32_t channel, std::int64_t stamp_ns, std::span<const std::byte> cdr) override {
     // MCAP has no times before 1970
     const auto time_ns{static_cast<std::uint64_t>(std::max<std::int64_t>(stamp_ns, 0))};
@@ -142,7 +143,7 @@ class McapSink final : public messages::Sink {
   struct Open {
     std::uint16_t id;
     std::uint32_t sent;
-    bool is_wanted;
+    bool is_recorded;
   };
 
   mcap::Writer writer_;
@@ -179,9 +180,7 @@ struct MessageOutput::State {
   State(const MessageOptions& options, server::Server* viewers, const Rig& first_rig) : rig{first_rig} {
     std::vector<messages::Sink*> sinks;
     if (options.ros2.publishes) {
-      node = open_ros2_node(options.ros2);
-      sinks.push_back(&node->sink());
-      if (!options.ros2.leaves_tf) warn_of_other_tf(*node, sent_by(options).vehicle_frame);
+      sinks.push_back(&published.emplace(open_ros2_node(options.ros2)));
     }
     if (viewers != nullptr) sinks.push_back(&live.emplace(*viewers));
     if (!options.mcap.empty()) {
@@ -196,7 +195,7 @@ struct MessageOutput::State {
   }
 
   Rig rig;
-  std::shared_ptr<dds::Node> node;
+  std::optional<OwnTransforms> published;
   std::optional<McapSink> recording;
   std::optional<ServerSink> live;
   std::optional<messages::Tee> all;

@@ -13,8 +13,6 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"
-#include "stereogrid/messages/cdr.hpp"
-#include "stereogrid/messages/geometry_msgs.hpp"
 #include "stereogrid/pipeline.hpp"
 
 namespace stereogrid::app {
@@ -115,23 +113,6 @@ void refuse_without_node(const Ros2Options& options) {
 
 void check(const Ros2Options& options) {
   load().check(node_options(options));
-}
-
-void warn_of_other_tf(dds::Node& node, const std::string& vehicle_frame) {
-  using messages::tf2_msgs::TFMessage;
-  constexpr std::size_t depth{10};
-  node.subscribe("/tf", std::string{TFMessage::type_name}, depth,
-                 [vehicle_frame, is_reported = false](std::span<const std::byte> cdr) mutable {
-                   if (is_reported) return;
-                   TFMessage message;
-                   messages::decode(cdr, message);
-                   const auto found{std::ranges::find(message.transforms, vehicle_frame,
-                                                      &messages::geometry_msgs::TransformStamped::child_frame_id)};
-                   if (found == message.transforms.end()) return;
-                   is_reported = true;
-                   spdlog::warn("/tf: another node publishes {} → {}, too. Give --ros2-leave-tf.",
-                                io::printable(found->header.frame_id, 60), io::printable(vehicle_frame, 60));
-                 });
 }
 
 std::shared_ptr<dds::Node> open_ros2_node(const Ros2Options& options) {

@@ -33,9 +33,6 @@ void refuse_without_node(const Ros2Options& options);
 /// Without opening anything. Throws as open_ros2_node().
 void check(const Ros2Options& options);
 
-/// Logs once that another node publishes the transform to this frame on /tf, too, while the node exists.
-void warn_of_other_tf(dds::Node& node, const std::string& vehicle_frame);
-
 /// Node of the program: shared by all users, with the options of the first one.
 ///
 /// Loads libstereogrid_dds.so. Search order: beside this program, in the folder of `cmake --install`, in the paths of

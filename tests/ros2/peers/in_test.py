@@ -135,7 +135,8 @@ class In(unittest.TestCase):
         self.assertTrue(done, log)
         self.assertIn('extrinsics of TF (base_link → stereo_left_optical)', log)
         self.assertIn('poses of the camera: stereo_left_optical in odom', log)
-        self.assertNotIn('another node publishes', log)
+        self.assertIn('another node publishes the transform base_link → stereo_left_optical', log)
+        self.assertNotIn('odom → stereo_grid is not published', log)
         self.assertEqual(observed[-1].header.frame_id, 'stereo_grid')
         self.assertGreater(len({grid.info.origin.position.x for grid in grids}), 1)  # it follows
 
