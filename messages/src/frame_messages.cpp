@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "fill/fill.hpp"
+#include "fill/voxels.hpp"
 #include "outlet.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/level_mapping.hpp"
@@ -15,6 +16,8 @@ namespace stereogrid::messages {
 namespace {
 
 constexpr std::uint64_t diagnostics_period_ns{1'000'000'000};
+constexpr double voxel_min_m{0.01};
+constexpr double voxel_max_m{10};
 
 struct Last {
   std::int64_t stamp_ns;
@@ -42,6 +45,10 @@ FrameMessagesOptions checked(FrameMessagesOptions options) {
   }
   for (const std::string* const frame : {&options.world_frame, &options.vehicle_frame, &options.camera_frame}) {
     if (frame->empty()) throw ConfigError{"A frame needs a name."};
+  }
+  const double voxel_m{options.points_voxel_m};
+  if (voxel_m != 0 && !(voxel_m >= voxel_min_m && voxel_m <= voxel_max_m)) {
+    throw ConfigError{"The side of the voxels of points must be 0 (all points) or 0.01 … 10 m."};
   }
   return options;
 }
@@ -150,6 +157,7 @@ struct FrameMessages::Implementation {
   Topic<diagnostic_msgs::DiagnosticArray> status{outlet.topic<diagnostic_msgs::DiagnosticArray>("status")};
   Topic<diagnostic_msgs::DiagnosticArray> diagnostics{outlet.topic<diagnostic_msgs::DiagnosticArray>("/diagnostics")};
 
+  VoxelFilter voxel_filter;
   std::int64_t stamp_ns{0};
   builtin_interfaces::Time stamp;  // the same
   bool is_extrinsics_sent{false};
@@ -256,7 +264,10 @@ void FrameMessages::Implementation::send_images(const FrameResult& result) {
   std::optional<std::vector<LabelledPoint>> measured;
   const auto offer = [&](Topic<sensor_msgs::PointCloud2>& topic, std::optional<PointLabel> label) {
     outlet.offer(topic, stamp_ns, [&](sensor_msgs::PointCloud2& message) {
-      if (!measured) measured = points_of(result, level_rig);
+      if (!measured) {
+        measured = points_of(result, level_rig);
+        voxel_filter.apply(*measured, result.vehicle.geometry, options.points_voxel_m);
+      }
       mark(message.header, options.vehicle_frame);
       fill(message, *measured, label);
     });

@@ -79,10 +79,12 @@ TEST(DisparityMessage, OfAnotherRigIsRefused) {
   EXPECT_THROW(messages.send(result, {}), InputError);
 }
 
+const FrameMessagesOptions all_points{.points_voxel_m = 0};
+
 TEST(PointMessage, HasThePointsOfTheResult) {
   const FrameResult result{with_stages()};
   const std::vector<LabelledPoint> points{points_of(result, small_rig())};
-  const auto message{sent_on<PointCloud2>("/stereo_grid/points", result)};
+  const auto message{sent_on<PointCloud2>("/stereo_grid/points", result, {}, all_points)};
   ASSERT_EQ(points.size(), 2u);
   EXPECT_EQ(message.header.frame_id, "base_link");
   EXPECT_EQ(message.width, 2u);
@@ -106,10 +108,10 @@ TEST(PointMessage, HasThePointsOfTheResult) {
 
 TEST(PointMessage, OfALabelHasItsPointsAlone) {
   const FrameResult result{with_stages()};
-  const auto all{sent_on<PointCloud2>("/stereo_grid/points", result)};
+  const auto all{sent_on<PointCloud2>("/stereo_grid/points", result, {}, all_points)};
   std::vector<std::uint8_t> joined;
   for (const char* topic : {"/stereo_grid/obstacle_points", "/stereo_grid/ground_points"}) {
-    const auto message{sent_on<PointCloud2>(topic, result)};
+    const auto message{sent_on<PointCloud2>(topic, result, {}, all_points)};
     EXPECT_EQ(message.header.frame_id, "base_link");
     EXPECT_EQ(message.width, 1u);
     EXPECT_EQ(message.row_step, 16u);
@@ -120,6 +122,68 @@ TEST(PointMessage, OfALabelHasItsPointsAlone) {
   const bool begins_with_ground{all.data.at(12) == 1};
   if (begins_with_ground) std::rotate(joined.begin(), joined.begin() + 16, joined.end());
   EXPECT_EQ(joined, all.data);
+}
+
+// Walls and road in every pixel, within and beyond a grid of 20 × 20 m.
+FrameResult dense_result() {
+  FrameResult result{with_stages()};
+  result.vehicle.geometry = {0, -10, 0.5, 40, 40};
+  result.observed = result.vehicle.occupancy = Image<float>{40, 40, 0.5f};
+  for (int v{0}; v < 100; ++v) {
+    for (int u{0}; u < 200; ++u) {
+      Image<float>& stage{v < 60 ? result.stages.obstacle_disparity : result.stages.road_disparity};
+      stage(u, v) = 2 + 0.1f * static_cast<float>(v % 60) + 0.01f * static_cast<float>(u % 7);
+    }
+  }
+  return result;
+}
+
+using Voxel = std::array<int, 4>;
+
+// Voxels of a cloud within x of 20 m and y of ±10 m, with the label, and the number of points in each.
+std::map<Voxel, int> voxels_of(const PointCloud2& cloud, float side_m) {
+  std::map<Voxel, int> voxels;
+  for (std::size_t at{0}; at < cloud.data.size(); at += cloud.point_step) {
+    const auto axis = [&](std::size_t i) { return float_at(cloud.data, at + 4 * i); };
+    if (axis(0) < 0 || axis(0) >= 20 || std::abs(axis(1)) >= 10) continue;
+    const auto cell = [&](std::size_t i) {
+      return static_cast<int>(std::floor(static_cast<double>(axis(i)) / static_cast<double>(side_m)));
+    };
+    ++voxels[{cell(0), cell(1), cell(2), cloud.data[at + 12]}];
+  }
+  return voxels;
+}
+
+TEST(PointMessage, HasOnePointOfEachLabelInEachVoxelOfTheGrid) {
+  const FrameResult result{dense_result()};
+  const auto all{sent_on<PointCloud2>("/stereo_grid/points", result, {}, all_points)};
+  const auto filtered{sent_on<PointCloud2>("/stereo_grid/points", result, {}, {.points_voxel_m = 0.5})};
+  ASSERT_EQ(all.width, 20'000u);
+  const std::map<Voxel, int> expected{voxels_of(all, 0.5f)};
+  const std::map<Voxel, int> found{voxels_of(filtered, 0.5f)};
+  EXPECT_EQ(filtered.width, found.size()) << "one outside the grid, or two in a voxel";
+  EXPECT_TRUE(std::ranges::equal(expected, found, {}, &std::pair<const Voxel, int>::first,
+                                 &std::pair<const Voxel, int>::first));
+  EXPECT_LT(filtered.width, all.width / 4);
+  const auto point = [](const PointCloud2& cloud, std::size_t i) {
+    return std::vector<std::uint8_t>(cloud.data.begin() + static_cast<std::ptrdiff_t>(16 * i),
+                                     cloud.data.begin() + static_cast<std::ptrdiff_t>(16 * i + 16));
+  };
+  std::set<std::vector<std::uint8_t>> measured;
+  for (std::size_t i{0}; i < all.width; ++i) measured.insert(point(all, i));
+  for (std::size_t i{0}; i < filtered.width; ++i) EXPECT_TRUE(measured.contains(point(filtered, i))) << i;
+}
+
+TEST(PointMessage, FitsTheReceiveBufferOfLinux) {
+  FrameResult result{dense_result()};
+  result.vehicle.geometry = {0, -200, 10, 40, 40};
+  const auto cloud{sent_on<PointCloud2>("/stereo_grid/points", result, {}, {.points_voxel_m = 0.01})};
+  EXPECT_LE(cloud.data.size(), 128'000u);
+  EXPECT_GT(cloud.data.size(), 20'000u);
+  for (const double side_m : {-1.0, 0.001, 11.0, std::numeric_limits<double>::quiet_NaN()}) {
+    Recorder recorder;
+    EXPECT_THROW((FrameMessages{recorder, small_rig(), {.points_voxel_m = side_m}}), ConfigError) << side_m;
+  }
 }
 
 TEST(ImageMessages, AreLeftOutWithoutStagesAndPicture) {

@@ -48,7 +48,8 @@ OccupancyScale scale_named(std::string_view name) {
 }
 
 messages::FrameMessagesOptions sent_by(const MessageOptions& options) {
-  messages::FrameMessagesOptions sent{.scale = options.scale.value_or(OccupancyScale::percent)};
+  messages::FrameMessagesOptions sent{.scale = options.scale.value_or(OccupancyScale::percent),
+                                      .points_voxel_m = options.points_voxel_m};
   if (options.ros2.frames.size() == 2) {
     sent.world_frame = options.ros2.frames[0];
     sent.vehicle_frame = options.ros2.frames[1];
@@ -80,6 +81,11 @@ void add_message_options(Command command, MessageOptions& options) {
           "Scale of the values of occupancy grid messages: nav2 for Nav2's static layer "
           "(docs/ros2.md). Otherwise percent.")
       .one_of(scale_names());
+  command
+      .add_option("--points-voxel M", options.points_voxel_m,
+                  "Side of the voxels with one point each in clouds of points; 0: all points.")
+      .check(number(0, 10))
+      .show_default();
   command.add_flag("--ros2", options.ros2.publishes,
                    "Publish the same messages as topics of a ROS 2 node, in the domain ROS_DOMAIN_ID (docs/ros2.md).");
   add_ros2_options(command, options.ros2);
@@ -87,6 +93,8 @@ void add_message_options(Command command, MessageOptions& options) {
 
 void check(const MessageOptions& options, const Rig& rig) {
   if (options.ros2.publishes) check(options.ros2);
+  messages::Tee nowhere{{}};
+  static_cast<void>(messages::FrameMessages{nowhere, rig, {.points_voxel_m = options.points_voxel_m}});
   if (options.mcap.empty()) {
     if (options.topics.empty()) return;
     throw ConfigError{"--mcap-topics needs a recording. Give --mcap FILE, too."};
@@ -96,7 +104,6 @@ void check(const MessageOptions& options, const Rig& rig) {
                                   io::printable_path(options.mcap))};
   }
   try {
-    messages::Tee nowhere{{}};
     const messages::FrameMessages names{nowhere, rig, {.topics = options.topics}};
   } catch (const ConfigError& error) {
     throw ConfigError{fmt::format("--mcap-topics: {}", error.what())};

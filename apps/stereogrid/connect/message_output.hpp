@@ -28,6 +28,7 @@ struct MessageOptions {
   std::filesystem::path mcap;           ///< empty: none; in_run_folder: the file has no name of its own
   std::vector<std::string> topics;      ///< topics of the recording; empty: all
   std::optional<OccupancyScale> scale;  ///< none: percent
+  double points_voxel_m{0.1};           ///< FrameMessagesOptions::points_voxel_m
   Ros2Options ros2{};
 };
 

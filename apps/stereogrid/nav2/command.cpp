@@ -65,7 +65,7 @@ void add_nav2_params_command(Command tool) {
       .required();
   command.footer(
       "Examples:\n"
-      "  stereogrid nav2-params stereo.yaml --preset robot --predict 0.5,1 > local_costmap.yaml\n"
+      "  stereogrid nav2-params stereo.yaml --preset robot --predict 1 > costmap.yaml\n"
       "  stereogrid nav2-params runs/0009 --source scan");
   add_config_options(command, options->config);
   command.group(Group::messages);

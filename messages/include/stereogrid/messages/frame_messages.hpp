@@ -31,6 +31,9 @@ struct FrameMessagesOptions {
   OccupancyScale scale{OccupancyScale::percent};  ///< scale of all occupancy grids
   /// Published topics by their names in docs/messages.md: "occupancy_grid", "tf", …; empty: all.
   std::vector<std::string> topics{};
+  /// Side of the voxels with one point of each label in clouds of points, m, 0.01 … 10; doubled where more than 8,000
+  /// points would remain. Points outside the grid are left out. 0: all points.
+  double points_voxel_m{0.1};
 };
 
 /// Number of unused frames, by reason.
