@@ -22,7 +22,7 @@ void find_medians(View<const float> obstacle, View<const float> road, int column
       for (; place > 0 && found[place - 1] > disparity; --place) found[place] = found[place - 1];
       found[place] = disparity;
     }
-    *medians++ = count < 3 ? 0.0f : found[count / 2];
+    *medians++ = count < samples_min ? 0.0f : found[count / 2];
   }
 }
 

@@ -14,6 +14,8 @@
 namespace stereogrid {
 
 constexpr int no_row{-1};
+/// Pixels of a sector's row that make a sample.
+constexpr int samples_min{3};
 /// Rows on both sides of the line through a sample's neighbours.
 constexpr int line_rows{4};
 

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <cstdlib>
 
 #include "terrain/walk.hpp"
@@ -8,6 +10,10 @@ namespace stereogrid {
 namespace {
 
 constexpr int neighbour_rings{3};  ///< distance within which edges of neighbours are the same
+
+bool is_behind_edge(const PolarCell& cell) {
+  return cell.kind == TerrainClass::hidden || cell.kind == TerrainClass::drop;
+}
 
 // Neighbours, up to `reach` sectors to both sides, whose `what`, edge or obstacle, is near `ring`.
 int confirming(View<const SectorWalk> walks, int sector, int reach, int SectorWalk::*what, int ring) {
@@ -21,113 +27,12 @@ int confirming(View<const SectorWalk> walks, int sector, int reach, int SectorWa
   return count;
 }
 
-// Nearest sector to one side that ends at an edge near `ring`, or at any edge for no_ring, within `reach`; the
-// sector itself: none.
-int edge_beside(View<const SectorWalk> walks, int sector, int side, int ring) {
-  constexpr int reach{24};
-  for (int offset{1}; offset <= reach; ++offset) {
-    const int beside{sector + side * offset};
-    if (beside < 0 || beside >= walks.width) break;
-    const int end{walks(beside, 0).end};
-    if (end != no_ring && (ring == no_ring || std::abs(end - ring) <= neighbour_rings)) return beside;
-  }
-  return sector;
-}
-
-// Mean elevation of the ground in rings begin … end − 1; NaN: none.
-float ground_between(const PolarCell* cells, int begin, int end) {
-  float sum{0};
-  float count{0};
-  for (int ring{std::max(begin, 0)}; ring < end; ++ring) {
-    if (!cells[ring].is_ground()) continue;
-    sum += cells[ring].elevation_m;
-    count += 1;
-  }
-  return sum / count;
-}
-
-// Behind an edge in `ring` that falls by `fall_m`, beyond the matcher's smear, the ground of the cells is lower by most
-// of that.
-bool has_fallen(const WalkInput& input, const PolarCell* cells, int ring, float fall_m) {
-  constexpr int mean_rings{3};
-  constexpr float share{0.6f};
-  const TerrainCamera& camera{input.camera};
-  const float before_m{ground_between(cells, ring - mean_rings, ring)};
-  const float tangent{camera.height_m / input.rings.begin_m(ring) - input.window_rows * camera.tangent_per_v};
-  if (!(tangent > 0)) return false;
-  const int behind{input.rings.at_disparity(camera.focal_baseline_pxm * tangent / (camera.height_m + fall_m))};
-  if (behind == no_ring) return false;
-  const float behind_m{ground_between(cells, behind, std::min(behind + mean_rings, input.rings.count()))};
-  return before_m - behind_m > share * fall_m;  // false: NaN
-}
-
-// Sector of a confirmed edge that another sector passes by: between edges in `ring`, or between one and the image's
-// border, where the passage is narrow or its ground falls as behind the edges. The sector itself: none.
-int passed_edge(const WalkInput& input, View<const SectorWalk> walks, int sector, const PolarCell* cells, int ring) {
-  constexpr float widest_passage{0.25f};  // relative to the vehicle's height
-  constexpr float widest_at_border{0.5f};
-  constexpr float widest_fallen{0.8f};
-  constexpr int edge_confirmations{3};
-  const int left{edge_beside(walks, sector, -1, ring)};
-  const int right{edge_beside(walks, sector, 1, ring)};
-  const auto is_confirmed = [&](int edge) {
-    return edge != sector && confirming(walks, edge, 3, &SectorWalk::end, ring) >= edge_confirmations;
-  };
-  const int edge{is_confirmed(left) ? left : is_confirmed(right) ? right : sector};
-  if (edge == sector) return sector;
-  const bool is_at_border{left == sector || right == sector};
-  const int seen{static_cast<int>(input.camera.focal_baseline_pxm / input.rings.middle_m(ring)) / sector_px};
-  const int first{left == sector ? std::min(seen, sector) : left + 1};  // the right camera does not see those before
-  const int end{right == sector ? walks.width : right};
-  const float width{static_cast<float>((end - first) * sector_px) * input.rings.middle_m(ring) /
-                    (input.camera.focal_px * input.limits.height_m)};
-  if (width <= (is_at_border ? widest_at_border : widest_passage)) return edge;
-  const float fall_m{std::min(walks(left == sector ? right : left, 0).end_fall_m,
-                              walks(right == sector ? left : right, 0).end_fall_m)};
-  const bool is_fallen{has_fallen(input, cells, ring, std::max(fall_m, input.limits.step_m))};
-  return width <= widest_fallen && is_fallen ? edge : sector;
-}
-
-// Ends a walk that passes by the nearest edges beside it.
-void set_passage(const WalkInput& input, View<SectorWalk> walks, int sector, const PolarCell* cells) {
-  int ring{no_ring};
-  for (const int side : {-1, 1}) {
-    const int beside{edge_beside(walks, sector, side, no_ring)};
-    if (beside != sector && (ring == no_ring || walks(beside, 0).end < ring)) ring = walks(beside, 0).end;
-  }
-  SectorWalk& walk{walks(sector, 0)};
-  walk.passage_end = no_ring;
-  if (ring == no_ring || (walk.end != no_ring && walk.end <= ring + neighbour_rings)) return;
-  walk.passage_edge = passed_edge(input, walks, sector, cells, ring);
-  if (walk.passage_edge != sector) walk.passage_end = ring;
-}
-
 }  // namespace
 
-void compare_walks(const WalkInput& input, int sector, const PolarCell* cells, View<SectorWalk> walks) {
+void confirm_block(int sector, View<SectorWalk> walks) {
   SectorWalk& walk{walks(sector, 0)};
-  set_passage(input, walks, sector, cells);
   walk.is_block_confirmed =
       confirming(walks, sector, 2, &SectorWalk::blocked, walk.blocked) >= walk.block_confirmations;
-}
-
-void end_in_passage(const WalkInput& input, int sector, View<PolarCell> cells, View<SectorWalk> walks) {
-  constexpr int noise_rings{1};
-  SectorWalk& walk{walks(sector, 0)};
-  if (walk.passage_end == no_ring) return;
-  const int last{std::min(walk.passage_end + noise_rings, input.rings.count() - 1)};
-  const bool is_met{walk.lost <= last};
-  if (is_met && walk.state.is_blocked) return;
-  const SectorWalk& edge{walks(walk.passage_edge, 0)};
-  walk.end = walk.end_seen = last;
-  walk.end_kind = edge.end_kind;
-  walk.end_fall_m = edge.end_fall_m;
-  walk.end_confirmations = edge.end_confirmations;
-  if (is_met) return;
-  std::fill(cells.row(sector) + last, cells.row(sector) + input.rings.count(), PolarCell{});
-  cells(last, sector).kind = TerrainClass::hidden;
-  walk.lost = last;
-  walk.state.is_alive = false;
 }
 
 void settle_sector(int sector, View<const SectorWalk> walks, int rings, PolarCell* cells) {
@@ -152,8 +57,7 @@ namespace {
 bool spread_to(const PolarCell* from, int rings, PolarCell* cells) {
   bool is_spread{false};
   for (int ring{0}; ring < rings; ++ring) {
-    const bool is_behind_edge{from[ring].kind == TerrainClass::hidden || from[ring].kind == TerrainClass::drop};
-    if (!is_behind_edge || cells[ring].kind != TerrainClass::unknown) continue;
+    if (!is_behind_edge(from[ring]) || cells[ring].kind != TerrainClass::unknown) continue;
     cells[ring].kind = TerrainClass::hidden;
     is_spread = true;
   }
@@ -172,6 +76,105 @@ void spread_hidden(int rings, View<PolarCell> cells) {
     for (int sector{0}; sector + 1 < cells.height; ++sector)
       is_spread |= spread_to(cells.row(sector + 1), rings, cells.row(sector));
   }
+}
+
+namespace {
+
+/// Sectors without samples between two sectors of ground.
+class Streaks {
+ public:
+  Streaks(const WalkInput& input, View<const SectorWalk> walks, View<PolarCell> cells)
+      : in_{input}, walks_{walks}, cells_{cells} {}
+
+  /// Fills those of a ring that are no wider than the ring is long.
+  void fill(int ring) {
+    const float length_m{
+        std::min(in_.rings.end_m(ring) - in_.rings.begin_m(ring), passage_width * in_.limits.height_m)};
+    const float sector_m{sector_px * in_.rings.middle_m(ring) / in_.camera.focal_px};
+    const int widest{static_cast<int>(length_m / sector_m)};
+    int ground{cells_.height};  // last one
+    for (int sector{0}; sector < cells_.height; ++sector) {
+      if (cells_(ring, sector).is_ground()) {
+        if (sector - ground > 1 && sector - ground - 1 <= widest) fill(ring, ground, sector, sector_m);
+        ground = sector;
+      } else if (cells_(ring, sector).kind != TerrainClass::unknown || walks_(sector, 0).state.is_blocked) {
+        ground = cells_.height;
+      }
+    }
+  }
+
+ private:
+  void fill(int ring, int left, int right, float sector_m) {
+    const PolarCell& from{cells_(ring, left)};
+    const PolarCell& to{cells_(ring, right)};
+    const float width_m{static_cast<float>(right - left) * sector_m};
+    if (std::abs(to.elevation_m - from.elevation_m) > std::max(in_.limits.step_m, in_.limits.slope * width_m)) return;
+    for (int sector{left + 1}; sector < right; ++sector) {
+      const float share{static_cast<float>(sector - left) / static_cast<float>(right - left)};
+      cells_(ring, sector) = {std::lerp(from.elevation_m, to.elevation_m, share),
+                              std::lerp(from.slope, to.slope, share), TerrainClass::drivable,
+                              from.is_firm && to.is_firm};
+    }
+  }
+
+  const WalkInput& in_;
+  View<const SectorWalk> walks_;
+  View<PolarCell> cells_;
+};
+
+/// Sectors that a way from the footprint reaches, from ring to ring.
+class Ways {
+ public:
+  Ways(const WalkInput& input, View<PolarCell> cells, View<std::uint8_t> reached)
+      : in_{input}, cells_{cells}, reached_{reached.row(0)} {
+    std::fill_n(reached_, cells.height, std::uint8_t{1});
+  }
+
+  /// Hides the ground of a ring that no way reaches.
+  void enter(int ring) {
+    const float x{in_.rings.middle_m(ring)};
+    first_ = std::min(static_cast<int>(in_.camera.focal_baseline_pxm / x) / sector_px, cells_.height);
+    const float width{in_.limits.height_m * in_.camera.focal_px / (sector_px * x)};
+    sectors_ = std::min(static_cast<int>(std::ceil(width)), cells_.height - first_);
+    for (int begin{0}; begin < cells_.height;) {
+      const bool is_behind{is_behind_edge(cells_(ring, begin))};
+      int end{begin + 1};
+      while (end < cells_.height && is_behind_edge(cells_(ring, end)) == is_behind) ++end;
+      const bool is_reached{!is_behind && reached_before(begin, end) >= sectors_};
+      if (!is_behind && !is_reached) hide(ring, begin, end);
+      std::fill(reached_ + begin, reached_ + end, static_cast<std::uint8_t>(is_reached));
+      begin = end;
+    }
+  }
+
+ private:
+  /// Number of those sectors that were reached in the ring before.
+  [[nodiscard]] int reached_before(int begin, int end) const {
+    begin = std::max(begin, first_);
+    return begin < end ? static_cast<int>(std::count(reached_ + begin, reached_ + end, 1)) : 0;
+  }
+  void hide(int ring, int begin, int end) {
+    for (int sector{begin}; sector < end; ++sector)
+      if (cells_(ring, sector).is_ground()) cells_(ring, sector) = PolarCell{.kind = TerrainClass::hidden};
+  }
+
+  const WalkInput& in_;
+  View<PolarCell> cells_;
+  std::uint8_t* reached_;  ///< by sector
+  int sectors_{0};         ///< number in the narrowest way, at most all of the ring
+  int first_{0};           ///< the right camera sees none before
+};
+
+}  // namespace
+
+void fill_streaks(const WalkInput& input, View<const SectorWalk> walks, View<PolarCell> cells) {
+  Streaks streaks{input, walks, cells};
+  for (int ring{0}; ring < input.rings.count(); ++ring) streaks.fill(ring);
+}
+
+void hide_unconnected(const WalkInput& input, View<PolarCell> cells, View<std::uint8_t> reached) {
+  Ways ways{input, cells, reached};
+  for (int ring{0}; ring < input.rings.count(); ++ring) ways.enter(ring);
 }
 
 }  // namespace stereogrid

@@ -58,6 +58,7 @@ Terrain::Terrain(const Rig& level_rig, const TerrainLimits& limits, float cell_m
       walks_{samples_.sectors(), 1},
       trenches_{level_rig.height_px, samples_.sectors(), window_px},
       relief_{samples_.sectors(), rings_.capacity(), disparities, level_rig.height_px},
+      reached_{samples_.sectors(), 1},
       observed_rings_(static_cast<std::size_t>(samples_.sectors())),
       camera_{level_rig, {}} {}
 
@@ -193,7 +194,8 @@ void Terrain::add_edges(std::vector<EdgePoint>& edges) const {
 }
 
 std::size_t Terrain::memory_bytes() const {
-  return memory_bytes_of(rings_, samples_, sigma_px_, plane_sigma_m_, observed_rings_, cells_, walks_, relief_) +
+  return memory_bytes_of(rings_, samples_, sigma_px_, plane_sigma_m_, reached_, observed_rings_, cells_, walks_,
+                         relief_) +
          trenches_.memory_bytes();
 }
 

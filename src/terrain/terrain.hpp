@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -66,11 +67,13 @@ class Terrain {
     for_sectors([&](int sector) {
       walk_sector(input(), sector, std::as_const(trenches_).at(sector), cells_.view(), walks_(sector, 0));
     });
-    for_sectors([&](int sector) { compare_walks(input(), sector, cells_.row(sector), walks_.view()); });
+    for_sectors([&](int sector) { confirm_block(sector, walks_.view()); });
     spread_ground(input(), cells_.view(), walks_.view());
     const View<const SectorWalk> walks{std::as_const(walks_).view()};
     for_sectors([&](int sector) { settle_sector(sector, walks, rings_.count(), cells_.row(sector)); });
     spread_hidden(rings_.count(), cells_.view());
+    fill_streaks(input(), walks, cells_.view());
+    hide_unconnected(input(), cells_.view(), reached_.view());
     relief_.begin(camera_, limits_, rings_, sigma_px_.data(), checked_rings_, prior_);
     for_sectors([&](int sector) { relief_.profile(sector, camera_, rings_, sigma_px_.data(), cells_.row(sector)); });
     relief_.count_level(rings_.count());
@@ -169,6 +172,7 @@ class Terrain {
   TrenchFilter trenches_;
   TerrainRelief relief_;
   int checked_rings_{0};
+  Image<std::uint8_t> reached_;      // (sector, 0): a way leads there
   std::vector<int> observed_rings_;  // by sector: up to the last one with a known cell
   Ground ground_;
   FirstGround prior_;

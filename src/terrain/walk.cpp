@@ -61,10 +61,9 @@ class Walk {
     const float far{in_.prior.elevation(view_.end_m)};
     return view_.row_through(near, far, std::min(near, far) - in_.limits.step_m) != no_row;
   }
-  /// The right camera does not see the sector's ground in this ring.
+  /// The right camera sees too few columns of the sector's ground in this ring.
   [[nodiscard]] bool is_blind() const {
-    return static_cast<float>(sector_ * sector_px) <
-           in_.camera.focal_baseline_pxm / view_.begin_m + in_.window_rows / 2;
+    return static_cast<float>((sector_ + 1) * sector_px - samples_min) < in_.camera.focal_baseline_pxm / view_.begin_m;
   }
   [[nodiscard]] bool is_beyond(float disparity_px) const {
     return in_.camera.focal_baseline_pxm < disparity_px * view_.x;
@@ -246,11 +245,6 @@ void Walk::step() {
     state_.is_alive = false;
     return;
   }
-  if (ring_ == walk_.end) {  // a passage's: it may have been left before
-    cells_[ring_].kind = TerrainClass::hidden;
-    state_.is_alive = false;
-    return;
-  }
   if (meet_trench()) return;
   if (view_.x < state_.reached) {
     cells_[ring_] = {state_.z, state_.slope, TerrainClass::drivable};
@@ -307,10 +301,7 @@ void walk_sector(const WalkInput& input, int sector, const std::optional<Trench>
 }
 
 void spread_ground(const WalkInput& input, View<PolarCell> cells, View<SectorWalk> walks) {
-  for (int sector{0}; sector < walks.width; ++sector) {
-    drop_lone_obstacle(cells.row(sector), walks(sector, 0));
-    end_in_passage(input, sector, cells, walks);
-  }
+  for (int sector{0}; sector < walks.width; ++sector) drop_lone_obstacle(cells.row(sector), walks(sector, 0));
   for (int ring{0}; ring < input.rings.count(); ++ring) {
     for (int sector{0}; sector < walks.width; ++sector) {
       SectorWalk& walk{walks(sector, 0)};

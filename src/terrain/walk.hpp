@@ -50,8 +50,6 @@ struct SectorWalk {
   int trench_wall{no_ring};        ///< ring of its far wall
   float trench_fall_m{0};          ///< visible part of the wall
   bool is_trench_sure{false};      ///< it ends walks beyond checked_rings, too
-  int passage_end{no_ring};        ///< edge beside a passage that the walk must not follow
-  int passage_edge{0};             ///< sector of one of its edges
   int block_confirmations{0};      ///< number of neighbours that must confirm `blocked`
   bool is_block_confirmed{false};  ///< enough neighbours confirm `blocked`
 };
@@ -71,14 +69,11 @@ struct WalkInput {
 void walk_sector(const WalkInput& input, int sector, const std::optional<Trench>& trench, View<PolarCell> cells,
                  SectorWalk& walk);
 
-/// Compares a sector with its neighbours, once all have been walked. `cells`: the sector's.
-void compare_walks(const WalkInput& input, int sector, const PolarCell* cells, View<SectorWalk> walks);
+/// Compares the obstacle that ended a walk with those of its neighbours, once all sectors have been walked.
+void confirm_block(int sector, View<SectorWalk> walks);
 
-/// Ends a walk in a passage between edges: it has followed the matcher's smear. The end is an edge of the same kind.
-void end_in_passage(const WalkInput& input, int sector, View<PolarCell> cells, View<SectorWalk> walks);
-
-/// Ends walks in passages. Then continues the walks of all sectors that have lost the ground, ring by ring: from the
-/// ground of neighbours, from the left to the right and back. `cells`: (ring, sector).
+/// Continues the walks of all sectors that have lost the ground, ring by ring: from the ground of neighbours, from the
+/// left to the right and back. `cells`: (ring, sector).
 void spread_ground(const WalkInput& input, View<PolarCell> cells, View<SectorWalk> walks);
 
 /// Completes one sector after all walks: marks edges that neighbours confirm, withdraws others.
@@ -87,6 +82,14 @@ void settle_sector(int sector, View<const SectorWalk> walks, int rings, PolarCel
 /// Marks unknown cells within some sectors of an edge as hidden: at the image's border and between poles the walk may
 /// have lost the ground before the edge.
 void spread_hidden(int rings, View<PolarCell> cells);
+
+/// Fills sectors without samples between two sectors of ground, where they are no wider than the ring is long and than
+/// passage_width.
+void fill_streaks(const WalkInput& input, View<const SectorWalk> walks, View<PolarCell> cells);
+
+/// Hides ground that no way as wide as the vehicle's height reaches from the footprint. A way ends at edges, and where
+/// one camera sees nothing. `reached`: working memory, (sector, 0).
+void hide_unconnected(const WalkInput& input, View<PolarCell> cells, View<std::uint8_t> reached);
 
 /// Ground, obstacle and face samples of a ring, relative to an expected elevation.
 struct RingSamples {

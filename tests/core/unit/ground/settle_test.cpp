@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Comparison of neighbouring sectors' walks: passages between edges, confirmed edges, cells beside hidden ones.
+// Comparison of neighbouring sectors: ways between edges, confirmed edges, cells beside hidden ones.
 #include "ground/frame_validator.hpp"
 #include "images/patch.hpp"
 #include "support.hpp"
@@ -18,35 +18,32 @@ class SettledWalks : public testing::Test {
 
   SettledWalks() { rings_.place(camera_, 2.4f); }
 
-  // A passage of `width` sectors around the middle between edges of `marked` sectors to both sides.
-  void set_passage(int width, int marked) {
-    walks_.fill({});
-    const int first{middle - width / 2};
-    for (int i{0}; i < marked; ++i) walks_(first - 1 - i, 0).end = walks_(first + width + i, 0).end = edge;
-  }
-
-  int passage_end(int sector) {
-    compare_walks(input(), sector, ground_.data(), walks_.view());
-    const SectorWalk& walk{walks_(sector, 0)};
-    if (walk.passage_end != no_ring) {
-      EXPECT_EQ(walks_(walk.passage_edge, 0).end, walk.passage_end);
+  // Ground, in rings edge to edge + 2 the cells of sectors first … end − 1 alone; the others have `kind`.
+  void set_way(int first, int end, TerrainClass kind = TerrainClass::hidden) {
+    cells_.fill({0, 0, TerrainClass::drivable});
+    for (int sector{0}; sector < sectors; ++sector) {
+      if (sector >= first && sector < end) continue;
+      std::fill_n(cells_.row(sector) + edge, 3, PolarCell{.kind = kind});
     }
-    return walk.passage_end;
   }
 
-  // Ground in all rings of the compared sector, lower by `fall_m` behind the edge.
-  void set_ground(float fall_m) {
-    for (int ring{0}; ring < rings_.count(); ++ring)
-      ground_[static_cast<std::size_t>(ring)] = {ring < edge ? 0 : -fall_m, 0, TerrainClass::drivable};
+  // Ground remains behind the edge, in all sectors or in none.
+  bool reaches_beyond() {
+    hide_unconnected(input(), cells_.view(), reached_.view());
+    for (int sector{0}; sector < sectors; ++sector) {
+      EXPECT_TRUE(cells_(edge - 1, sector).is_ground()) << sector;
+      EXPECT_EQ(cells_(edge + 3, sector).kind, cells_(edge + 3, middle).kind) << sector;
+    }
+    return cells_(edge + 3, middle).is_ground();
   }
 
   [[nodiscard]] WalkInput input() const {
     return {camera_, limits_, rings_, samples_, sigma_px_.data(), rings_.count(), 9};
   }
 
-  // Largest number of sectors that are narrower than a quarter of the vehicle's height.
-  [[nodiscard]] int narrow() const {
-    return static_cast<int>(0.25f * limits_.height_m * camera_.focal_px / (sector_px * rings_.middle_m(edge)));
+  // Number of sectors behind the edge that are as wide as the vehicle is high.
+  [[nodiscard]] int wide() const {
+    return static_cast<int>(std::ceil(limits_.height_m * camera_.focal_px / (sector_px * rings_.middle_m(edge))));
   }
 
   Rig rig_{640, 360, 425, 320, 180, 0.2, 1.0, 0, 0};
@@ -59,93 +56,66 @@ class SettledWalks : public testing::Test {
   Rings rings_{0.2f, 20, 64};
   TerrainSamples samples_{640, 360, rings_.capacity()};
   std::vector<float> sigma_px_ = std::vector<float>(static_cast<std::size_t>(rings_.capacity()), 0.3f);
-  std::vector<PolarCell> ground_{static_cast<std::size_t>(rings_.capacity())};
+  Image<PolarCell> cells_{rings_.capacity(), sectors};
+  Image<std::uint8_t> reached_{sectors, 1};
   Image<SectorWalk> walks_{sectors, 1};
 };
 
-TEST_F(SettledWalks, PassagesEndWhereTheyAreNarrowerThanAQuarterOfTheVehiclesHeight) {
-  ASSERT_GE(narrow(), 5);
-  set_passage(narrow(), 5);
-  EXPECT_EQ(passage_end(middle), edge);
-  set_passage(narrow() + 1, 5);
-  EXPECT_EQ(passage_end(middle), no_ring);
-}
-
-TEST_F(SettledWalks, PassagesNeedThreeSectorsOfTheSameEdgeBesideOneOfTheirs) {
-  set_passage(5, 4);
-  EXPECT_EQ(passage_end(middle), edge);
-  set_passage(5, 3);
-  EXPECT_EQ(passage_end(middle), no_ring);
-  set_passage(5, 4);
-  for (const int side : {-1, 1}) {
-    EXPECT_EQ(passage_end(middle), edge);
-    walks_(middle + 4 * side, 0).end = edge + 5;  // another edge than the one beside it
-  }
-  EXPECT_EQ(passage_end(middle), no_ring);
-}
-
-TEST_F(SettledWalks, PassagesAtTheBorderEndWhereTheyAreNarrowerThanHalfOfTheVehiclesHeight) {
-  const int widest{2 * narrow() + 1};
-  for (const int columns : {widest - 1, widest + 2}) {
-    walks_.fill({});
-    for (int sector{columns}; sector < columns + 4; ++sector) walks_(sector, 0).end = edge;
-    EXPECT_EQ(passage_end(0), columns < widest ? edge : no_ring) << columns;
+TEST_F(SettledWalks, GroundBehindAnEdgeNeedsAWayAsWideAsTheVehicleIsHigh) {
+  ASSERT_GE(wide(), 5);
+  for (const int width : {0, wide() - 1, wide()}) {
+    set_way(middle, middle + width);
+    EXPECT_EQ(reaches_beyond(), width == wide()) << width;
   }
 }
 
-TEST_F(SettledWalks, ColumnsThatTheRightCameraDoesNotSeeDoNotWidenAPassageAtTheBorder) {
+TEST_F(SettledWalks, WaysEndAtTheImagesBorderAndWhereTheRightCameraSeesNothing) {
   const int unseen{static_cast<int>(camera_.focal_baseline_pxm / rings_.middle_m(edge)) / sector_px};
-  const int widest{2 * narrow() + 1};
   ASSERT_GE(unseen, 2);
-  for (const int columns : {widest + unseen - 1, widest + unseen + 2}) {
-    walks_.fill({});
-    for (int sector{columns}; sector < columns + 4; ++sector) walks_(sector, 0).end = edge;
-    EXPECT_EQ(passage_end(unseen), columns < widest + unseen ? edge : no_ring) << columns;
+  for (const int more : {-1, 0}) {
+    set_way(sectors - wide() - more, sectors);
+    EXPECT_EQ(reaches_beyond(), more == 0) << more;
+    set_way(0, unseen + wide() + more);
+    EXPECT_EQ(reaches_beyond(), more == 0) << more;
   }
 }
 
-TEST_F(SettledWalks, WiderPassagesEndWhereTheirGroundFallsAsBehindTheEdges) {
-  const int widest{static_cast<int>(3.2f * static_cast<float>(narrow()))};
-  for (const float fall_m : {0.0f, 0.1f, 0.3f}) {
-    for (const int width : {narrow() + 1, widest, widest + 3}) {
-      set_passage(width, 5);
-      for (int sector{0}; sector < sectors; ++sector) walks_(sector, 0).end_fall_m = 0.3f;
-      set_ground(fall_m);
-      EXPECT_EQ(passage_end(middle), fall_m > 0.2f && width <= widest ? edge : no_ring) << fall_m << ' ' << width;
-    }
+TEST_F(SettledWalks, AWayThatIsWideInEachRingMustNotJumpAcross) {
+  set_way(0, middle);
+  for (int sector{0}; sector < middle; ++sector) cells_(edge + 1, sector).kind = TerrainClass::drop;
+  for (int sector{middle}; sector < sectors; ++sector) cells_(edge + 1, sector).kind = TerrainClass::drivable;
+  EXPECT_FALSE(reaches_beyond());
+}
+
+TEST_F(SettledWalks, ObstaclesAndGroundThatIsNotSeenDoNotNarrowAWay) {
+  for (const TerrainClass kind : {TerrainClass::obstacle, TerrainClass::unknown}) {
+    set_way(middle, middle + 1, kind);
+    EXPECT_TRUE(reaches_beyond());
   }
 }
 
-TEST_F(SettledWalks, APassageEndsAtItsEdgeThoughItsGroundIsThatOfNeighbours) {
-  Image<float> road{640, 360};
-  for (int v{181}; v < 360; ++v) std::fill_n(road.row(v), 640, static_cast<float>(v - 180) * 0.2f);
-  const Image<float> none{640, 360};
-  samples_.begin(camera_, limits_);
-  samples_.read(0, samples_.sectors(), none.view(), road.view());
-  for (int sector{0}; sector < samples_.sectors(); ++sector) samples_.place(sector, rings_);
-  Image<PolarCell> cells{rings_.count(), sectors};
-  for (int sector{0}; sector < sectors; ++sector) walk_sector(input(), sector, {}, cells.view(), walks_(sector, 0));
-  ASSERT_TRUE(cells(edge + 1, middle).is_ground());
-  std::fill_n(cells.row(middle) + 2, rings_.count() - 2, PolarCell{});
-  walks_(middle, 0).lost = 2;
-  walks_(middle, 0).state.is_alive = false;
-  walks_(middle, 0).passage_end = edge;
-  walks_(middle, 0).passage_edge = 0;
-  walks_(0, 0).end_kind = GapKind::drop;
-  walks_(0, 0).end_fall_m = 0.3f;
-  spread_ground(input(), cells.view(), walks_.view());
-  EXPECT_TRUE(cells(edge, middle).is_ground());
-  EXPECT_EQ(cells(edge + 1, middle).kind, TerrainClass::hidden);
-  EXPECT_EQ(walks_(middle, 0).end_kind, GapKind::drop);
-  EXPECT_EQ(walks_(middle, 0).end_fall_m, 0.3f);
-}
-
-TEST_F(SettledWalks, SectorsWithTheSameEdgeAreNoPassage) {
-  set_passage(5, 4);
-  walks_(middle, 0).end = edge + 2;
-  EXPECT_EQ(passage_end(middle), no_ring);
-  walks_(middle, 0).end = edge + 5;
-  EXPECT_EQ(passage_end(middle), edge);
+TEST_F(SettledWalks, SectorsWithoutSamplesBetweenGroundAreGroundWhereTheyAreNoWiderThanTheRingIsLong) {
+  constexpr int ring{edge};
+  const float length_m{rings_.end_m(ring) - rings_.begin_m(ring)};
+  const int widest{static_cast<int>(length_m * camera_.focal_px / (sector_px * rings_.middle_m(ring)))};
+  ASSERT_GE(widest, 2);
+  const auto is_filled = [&](int width, float far_z, TerrainClass kind) {
+    cells_.fill({0, 0, TerrainClass::drivable});
+    for (int i{0}; i < width; ++i) cells_(ring, middle + i) = PolarCell{};
+    cells_(ring, middle + 1).kind = kind;
+    for (int sector{middle + width}; sector < sectors; ++sector) cells_(ring, sector).elevation_m = far_z;
+    fill_streaks(input(), walks_.view(), cells_.view());
+    return cells_(ring, middle).is_ground();
+  };
+  EXPECT_TRUE(is_filled(widest, 0.1f, TerrainClass::unknown));
+  EXPECT_NEAR(cells_(ring, middle + widest - 1).elevation_m,
+              0.1f * static_cast<float>(widest) / static_cast<float>(widest + 1), 1e-6);
+  EXPECT_FALSE(is_filled(widest + 1, 0, TerrainClass::unknown));
+  EXPECT_FALSE(is_filled(widest, 1, TerrainClass::unknown)) << "a step";
+  for (const TerrainClass kind : {TerrainClass::hidden, TerrainClass::drop, TerrainClass::obstacle})
+    EXPECT_FALSE(is_filled(widest, 0, kind));
+  walks_(middle + 1, 0).state.is_blocked = true;
+  EXPECT_FALSE(is_filled(widest, 0, TerrainClass::unknown)) << "behind an obstacle";
 }
 
 TEST_F(SettledWalks, EdgesAreMarkedUpToWhereTheGapWasMetIfNeighboursConfirmThem) {

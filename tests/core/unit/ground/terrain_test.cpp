@@ -96,18 +96,42 @@ TEST(Terrain, TrenchesAreDropsThoughTheMatcherSmearsTheirEdges) {
   EXPECT_GE(drivable_share(vehicle, kerb, vehicle.near_m, 8), 0.99);
 }
 
-TEST(Terrain, PassagesBetweenEdgesAreAsWideAsAVehicle) {
+TEST(Terrain, WaysBetweenEdgesAreAsWideAsAVehicleIsHigh) {
   const Vehicle vehicle{car()};
   const auto bridge = [](float width_m) {
     return HeightField{[=](float x, float y) { return std::abs(y) < width_m / 2 ? 0.0f : ditch(4, 2)(x, y); }};
   };
   EXPECT_EQ(drivable_share(vehicle, walked(vehicle, bridge(0.4f), false), 6.4, 8), 0);
   EXPECT_GE(drivable_share(vehicle, walked(vehicle, bridge(2.5f), false), 6.4, 8), 0.9);
-  EXPECT_GE(drivable_share(vehicle, walked(vehicle, bridge(1.1f), false), 6.4, 8), 0.9) << "from 0.4 heights on";
+  EXPECT_EQ(drivable_share(vehicle, walked(vehicle, bridge(1.5f), false), 6.4, 8), 0);
   const Seen narrow{walked(vehicle, bridge(0.4f), false)};
   for (const int iy : {49, 50}) {
     for (int ix{22}; ix < 30; ++ix) EXPECT_EQ(narrow.kind(ix, iy), TerrainClass::hidden) << ix;
   }
+}
+
+TEST(Terrain, ColumnsAreGroundFromWhereTheRightCameraSeesThem) {
+  const Vehicle vehicle{car()};
+  const Rig& rig{vehicle.rig};
+  const Seen seen{walked(vehicle, ramp(5, 0), false)};
+  const double half_m{vehicle.grid.cell_size_m / 2};
+  Share ground;
+  for (int iy{0}; iy < vehicle.grid.ny; ++iy) {
+    for (int ix{0}; ix < vehicle.grid.nx; ++ix) {
+      const Point2 at{vehicle.grid.centre(ix, iy)};
+      if (at.x < 3 || at.x > 8 || at.y < 0) continue;
+      const double first{rig.cx_px - rig.focal_px * (at.y + half_m) / (at.x - half_m)};
+      const double last{rig.cx_px - rig.focal_px * (at.y - half_m) / (at.x + half_m)};
+      const double unseen{rig.focal_px * rig.baseline_m / (at.x - half_m)};
+      if (last < unseen - sector_px) {
+        EXPECT_NE(seen.kind(ix, iy), TerrainClass::drivable) << at.x << ' ' << at.y;
+      }
+      if (first > unseen + samples_min && first < unseen + 4 * sector_px)
+        ground.add(seen.kind(ix, iy) == TerrainClass::drivable);
+    }
+  }
+  EXPECT_GT(ground.all, 20);
+  EXPECT_GE(ground.value(), 0.95);
 }
 
 TEST(Terrain, StepsUpAreObstacles) {
