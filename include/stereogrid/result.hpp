@@ -85,11 +85,12 @@ enum class SpeedReason {
   none,      ///< no limit: ground.model is plane
   noise,     ///< low obstacles and steps: their height is within the noise
   ditches,   ///< the camera sees too few rows of the far wall
+  drops,     ///< the disparity jumps too little at a drop of a step
   descents,  ///< a gap with lower ground behind it may be a slope
   frame,     ///< the frame shows nothing: its grids are from memory
 };
-constexpr std::array<std::string_view, 5> names_of(SpeedReason) {
-  return {"none", "noise", "ditches", "descents", "frame"};
+constexpr std::array<std::string_view, 6> names_of(SpeedReason) {
+  return {"none", "noise", "ditches", "drops", "descents", "frame"};
 }
 
 /// Message about a frame.

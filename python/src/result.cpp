@@ -218,7 +218,7 @@ void bind_facts(nb::class_<Result>& result) {
       [](const Result& self) {
         return names_of(SpeedReason{})[static_cast<std::size_t>(self.data.speed_limit_reason)];
       },
-      "\"none\", \"noise\", \"ditches\", \"descents\" or \"frame\".");
+      "\"none\", \"noise\", \"ditches\", \"drops\", \"descents\" or \"frame\".");
   result.def_prop_ro("timing_ms", &times_of, "Wall-clock times of the stages.");
   result.def_prop_ro(
       "status", [](const Result& self) { return self.data.status; }, "Flags to check before relying on the grids.");

@@ -59,6 +59,10 @@ bool is_ground(CellRule rule) {
 
 /// Rows of a ditch's far wall that are needed to find it (5).
 constexpr double ditch_rows{6};
+/// Smallest drop that is found, in smallest drops that a jump of one pixel shows (4).
+constexpr double found_drops{3};
+/// Widest ditch into which a wheel falls by less than a step, in steps. The wheel's radius is two steps.
+constexpr double crossed_ditch{2 * std::numbers::sqrt3};
 
 template <class T>
 void fill_rows(Image<T>& image, int begin, int end, T value) {
@@ -215,17 +219,18 @@ void FrameTerrain::bound_filtered(bool is_usable, const std::function<bool(Point
   limit_speed(is_usable, result);
 }
 
-// Stopping takes v·t + v²/(2a). A ditch narrower than a passage is passed by.
+// Stopping takes v·t + v²/(2a).
 void FrameTerrain::limit_speed(bool is_usable, FrameResult& result) const {
   const TerrainCamera& camera{terrain_.camera()};
-  const double ditch_m{passage_width * vehicle_.height_m};
+  const double step_m{vehicle_.step_max_m};
   struct Range {
     double end_m;
     SpeedReason reason;
   };
   Range range{std::min(
       {Range{terrain_.checked_m(), SpeedReason::noise},
-       Range{std::sqrt(camera.focal_px * ditch_m * camera.height_m / ditch_rows), SpeedReason::ditches},
+       Range{std::sqrt(camera.focal_px * crossed_ditch * step_m * camera.height_m / ditch_rows), SpeedReason::ditches},
+       Range{camera.focal_baseline_pxm * step_m / (found_drops * camera.height_m + step_m), SpeedReason::drops},
        Range{camera.height_m / std::tan(vehicle_.drop_slope_deg * std::numbers::pi / 180), SpeedReason::descents}},
       [](const Range& a, const Range& b) { return a.end_m < b.end_m; })};
   if (!is_usable) range = {0, SpeedReason::frame};

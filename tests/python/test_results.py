@@ -60,7 +60,7 @@ def test_terrain(frames: list[sg.Frame], scene: sg.Recording) -> None:
     kinds = np.array(sg.WITNESSES)[result.witness & 15]
     assert set(kinds[result.terrain == sg.TERRAIN_CLASSES.index("drivable")]) == {"ground"}
     assert not np.isin(kinds[(result.observed < 0.5) | (result.occupancy < 0.5)], ["none", "passable"]).any()
-    assert 0 < result.speed_limit_mps < 20 and result.speed_limit_reason in ("noise", "ditches", "descents")
+    assert 0 < result.speed_limit_mps < 20 and result.speed_limit_reason in ("noise", "ditches", "drops", "descents")
 
 
 def test_predictions(frames: list[sg.Frame], scene: sg.Recording) -> None:

@@ -287,7 +287,7 @@ TEST(Witness, MayBeAnotherSource) {
   EXPECT_EQ(frame.filtered_at(1, false, near), 0) << "whatever becomes of the frame";
 }
 
-// Equations (5) and (7) of docs/terrain.md.
+// Equations (4), (5) and (7) of docs/terrain.md.
 TEST(SpeedLimit, StopsWithinTheRangeOfHazards) {
   FrameOf frame{ramp(5, 0)};
   const Rig& rig{frame.vehicle.rig};
@@ -296,8 +296,9 @@ TEST(SpeedLimit, StopsWithinTheRangeOfHazards) {
     EXPECT_NEAR(speed * 0.3 + speed * speed / (2 * 2), range_m, 1e-3);
     EXPECT_EQ(frame.result.speed_limit_reason, reason);
   };
+  const double step_m{0.15};
   frame.filtered_at(6);
-  expect_range(std::sqrt(rig.focal_px * 0.4 * 1.8 * rig.camera_height_m / 6), SpeedReason::ditches);
+  expect_range(rig.focal_px * rig.baseline_m * step_m / (3 * rig.camera_height_m + step_m), SpeedReason::drops);
   frame.filtered_at(6, false);
   expect_range(0, SpeedReason::frame);
 }
