@@ -203,6 +203,41 @@ void TerrainScores::add(View<const float> probability, const GridGeometry& grid,
   frame.add_objects(summary_.ranges);
 }
 
+void WitnessScores::add(View<const float> probability, View<const CellWitness> witness, const Labels& labels) {
+  if (witness.width == 0) return;
+  const auto is_found = [&](int x, int y) {
+    for (int iy{std::max(y - 1, 0)}; iy <= std::min(y + 1, probability.height - 1); ++iy) {
+      for (int ix{std::max(x - 1, 0)}; ix <= std::min(x + 1, probability.width - 1); ++ix)
+        if (probability(ix, iy) > 0.5F) return true;
+    }
+    return false;
+  };
+  std::size_t wrong{0};
+  const auto count = [&](int ix, int iy, std::size_t& cells, std::size_t& occupied) {
+    ++cells;
+    if (labels.cells(ix, iy) != labelled_occupied || is_found(ix, iy)) return;
+    ++occupied;
+    ++wrong;
+  };
+  for (int iy{0}; iy < probability.height; ++iy) {
+    for (int ix{0}; ix < probability.width; ++ix) {
+      if (!(probability(ix, iy) < 0.5F) || labels.cells(ix, iy) == not_scored) continue;
+      const Witness kind{witness(ix, iy).kind()};
+      if (kind == Witness::ground) count(ix, iy, summary_.ground, summary_.ground_occupied);
+      if (kind == Witness::memory) count(ix, iy, summary_.memory, summary_.memory_occupied);
+      if (kind == Witness::source) count(ix, iy, summary_.source, summary_.source_occupied);
+    }
+  }
+  ++summary_.frames;
+  summary_.failed += wrong > 0 ? 1 : 0;
+}
+
+WitnessSummary WitnessScores::summary() const {
+  WitnessSummary summary{summary_};
+  if (summary.failed == 0) summary.failed_at_most = std::min(3 / static_cast<double>(summary.frames), 1.0);
+  return summary;
+}
+
 TerrainSummary TerrainScores::summary() const {
   TerrainSummary summary{summary_};
   std::erase_if(summary.zones, [](const ZoneScore& zone) { return zone.marks + zone.drivable == 0; });

@@ -30,6 +30,13 @@ TEST(Evaluate, ScoresARunAgainstItsScene) {
   EXPECT_GE(band["auc"]["high"], band["auc"]["value"]);
   EXPECT_GT(scores["series"]["occupancy"]["motion"]["sightings"], 0);
   EXPECT_FALSE(scores["series"]["observed"].contains("motion"));
+  for (const char* series : {"observed", "occupancy"}) {
+    const Json witness(scores["series"][series]["witness"]);
+    EXPECT_EQ(witness["frames"], 13) << series;
+    EXPECT_GT(witness["ground"], 1000) << series;
+    EXPECT_LT(witness["ground_occupied"], 0.02 * witness["ground"].get<double>()) << series;
+  }
+  EXPECT_THAT(outcome.output, HasSubstr("frames with such a cell"));
   EXPECT_EQ(scores["about"]["obstacles"], "exact truth, 3 frames");
   EXPECT_THAT(outcome.output, HasSubstr("MOTA"));
   const Json obstacles(scores["obstacles"]);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 
 #include "stereogrid/error.hpp"
@@ -174,6 +175,43 @@ TEST(TerrainScores, FramesWithoutTruthAreSkipped) {
   TerrainScores scores;
   scores.add(grid_of("0").view(), truth_grid.geometry, FrameTruth{}, truth_grid);
   EXPECT_EQ(scores.summary().frames, 0U);
+}
+
+/// Cells of a row: 'f' labelled free, 'o' occupied, else not scored; 'g', 'm', 's' witnesses, else none.
+WitnessSummary witnessed(const std::string& labelled, const std::string& witnesses, const std::string& grid) {
+  Labels labels;
+  labels.cells = {length, width, not_scored};
+  Image<CellWitness> witness{length, width};
+  for (std::size_t i{0}; i < labelled.size(); ++i) {
+    const int ix{static_cast<int>(i)};
+    labels.cells(ix, 5) = labelled[i] == 'f' ? labelled_free : labelled[i] == 'o' ? labelled_occupied : not_scored;
+    witness(ix, 5) = CellWitness::of(witnesses[i] == 'g'   ? Witness::ground
+                                     : witnesses[i] == 'm' ? Witness::memory
+                                     : witnesses[i] == 's' ? Witness::source
+                                                           : Witness::none);
+  }
+  WitnessScores scores;
+  scores.add(grid_of(grid).view(), witness.view(), labels);
+  scores.add(grid_of(grid).view(), Image<CellWitness>{}.view(), labels);  // a run without witnesses
+  return scores.summary();
+}
+
+TEST(WitnessScores, CountFreeCellsByTheirWitness) {
+  const WitnessSummary all_free{witnessed("ffff.fo", "ggms.gg", "0000001")};
+  EXPECT_EQ(all_free.ground, 3U);
+  EXPECT_EQ(all_free.memory, 1U);
+  EXPECT_EQ(all_free.source, 1U);
+  EXPECT_EQ(all_free.frames, 1U);
+  EXPECT_EQ(all_free.failed, 0U);
+  EXPECT_EQ(all_free.failed_at_most, 1) << "three of one frame";
+  const WitnessSummary wrong{witnessed("oooff", "gmsgg", "00000")};
+  EXPECT_EQ(wrong.ground_occupied, 1U);
+  EXPECT_EQ(wrong.memory_occupied, 1U);
+  EXPECT_EQ(wrong.source_occupied, 1U);
+  EXPECT_EQ(wrong.failed, 1U);
+  EXPECT_TRUE(std::isnan(wrong.failed_at_most));
+  EXPECT_EQ(witnessed("of", "gg", "01").failed, 0U) << "a cell off is not a miss";
+  EXPECT_EQ(witnessed("off", "ggg", "001").failed, 1U);
 }
 
 }  // namespace

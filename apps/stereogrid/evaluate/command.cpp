@@ -25,6 +25,7 @@ std::string text_of(const std::vector<server::Asset>& assets, std::string_view p
 void write_report(const std::filesystem::path& path, const nlohmann::ordered_json& evaluation) {
   nlohmann::ordered_json with_titles(evaluation);
   with_titles["figures"] = {{"motion", declarations_of(motion_figures)},
+                            {"witness", declarations_of(witness_figures)},
                             {"things", declarations_of(thing_figures)},
                             {"tracking", declarations_of(tracking_figures)},
                             {"errors", declarations_of(error_figures)}};

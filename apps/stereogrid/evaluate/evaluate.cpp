@@ -130,6 +130,8 @@ class Scorer {
   void add_grids(const io::RunFrame& frame, const io::RunGrids& grids, const TruthSource::FrameLabels& known) {
     observed_.scores.add(frame.name, grids.observed.view(), known.labels);
     occupancy_.scores.add(frame.name, grids.occupancy.view(), known.labels);
+    observed_.witness.add(grids.observed.view(), grids.witness.view(), known.labels);
+    occupancy_.witness.add(grids.occupancy.view(), grids.witness.view(), known.labels);
     if (!known.truth) return;
     observed_.terrain.add(grids.observed.view(), run_.grid(), *known.truth, truth_.grid());
     occupancy_.terrain.add(grids.occupancy.view(), run_.grid(), *known.truth, truth_.grid());

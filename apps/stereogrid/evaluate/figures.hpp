@@ -13,6 +13,7 @@
 
 #include "stereogrid/evaluation/motion.hpp"
 #include "stereogrid/evaluation/obstacles.hpp"
+#include "stereogrid/evaluation/terrain.hpp"
 
 namespace stereogrid::app {
 
@@ -51,6 +52,18 @@ inline constexpr Figure<Motion> motion_figures[]{
     {"hidden_alive", &Motion::hidden_alive, "hidden frames with mean p ≥ 0.5", "", "hidden_frames"},
     {"hidden_s", &Motion::hidden_s, "hidden objects, time hidden, median", "s", "hidden_episodes"},
     {"survived_s", &Motion::survived_s, "hidden objects, survival, median", "s", "hidden_episodes"}};
+
+using Witnesses = evaluation::WitnessSummary;
+inline constexpr Figure<Witnesses> witness_figures[]{
+    {"ground", &Witnesses::ground},
+    {"ground_occupied", &Witnesses::ground_occupied, "free by ground, occupied in truth", "", "ground"},
+    {"memory", &Witnesses::memory},
+    {"memory_occupied", &Witnesses::memory_occupied, "free by memory, occupied in truth", "", "memory"},
+    {"source", &Witnesses::source},
+    {"source_occupied", &Witnesses::source_occupied, "free by a source, occupied in truth", "", "source"},
+    {"frames", &Witnesses::frames},
+    {"failed", &Witnesses::failed, "frames with such a cell", "", "frames"},
+    {"failed_at_most", &Witnesses::failed_at_most, "where there is none, at most (95 %)"}};
 
 using Obstacles = evaluation::ObstacleSummary;
 inline constexpr Figure<Obstacles> thing_figures[]{

@@ -80,6 +80,8 @@ Json json_of(const Series& series) {
   }
   Json json{{"bands", bands}, {"frames", frames}};
   if (series.motion) json["motion"] = values_of(series.motion->summary(), motion_figures);
+  if (const auto witness{series.witness.summary()}; witness.frames > 0)
+    json["witness"] = values_of(witness, witness_figures);
   const evaluation::TerrainSummary terrain{series.terrain.summary()};
   if (terrain.frames > 0) json["terrain"] = app::json_of(terrain);
   return json;

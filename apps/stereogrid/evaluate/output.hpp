@@ -22,6 +22,7 @@ struct Series {
   evaluation::Scores scores;
   std::optional<evaluation::MotionScores> motion{};
   evaluation::TerrainScores terrain{};  ///< empty without terrain truth
+  evaluation::WitnessScores witness{};  ///< empty without witnesses
 };
 
 /// Result and sources of an evaluation.

@@ -72,6 +72,7 @@ std::string table_of(const Json& evaluation) {
   for (const auto& [name, series] : evaluation.at("series").items()) {
     text += fmt::format("\n{}\n", name) + bands_of(series.at("bands"));
     if (series.contains("motion")) text += "\nmotion\n" + lines_of(series.at("motion"), motion_figures);
+    if (series.contains("witness")) text += "\nfree cells\n" + lines_of(series.at("witness"), witness_figures);
     if (series.contains("terrain")) text += terrain_table_of(series.at("terrain"));
   }
   if (evaluation.contains("obstacles")) text += obstacles_table_of(evaluation.at("obstacles"));

@@ -62,6 +62,14 @@ class GridFile {
                 target.begin());
     return target;
   }
+  /// Empty without that array.
+  [[nodiscard]] Image<CellWitness> witnesses() const {
+    if (!has("witness", 1)) return {};
+    const std::vector<std::uint8_t> bytes{arrays_.at("witness").to<std::uint8_t>()};
+    Image<CellWitness> target{grid_.nx, grid_.ny};
+    std::ranges::transform(bytes, target.begin(), [](std::uint8_t byte) { return CellWitness{byte}; });
+    return target;
+  }
 
  private:
   [[nodiscard]] std::size_t cells() const {
@@ -151,7 +159,8 @@ RunGrids RunReader::grids(const std::string& name) const {
   for (const auto& [array, layers] : {std::pair{"observed", 1}, {"occupancy", 1}, {"velocity", 2}}) {
     if (!file.has(array, layers)) report_array(file.path(), array);
   }
-  return {file.image("observed", 0), file.image("occupancy", 0), file.image("velocity", 0), file.image("velocity", 1)};
+  return {file.image("observed", 0), file.image("occupancy", 0), file.image("velocity", 0), file.image("velocity", 1),
+          file.witnesses()};
 }
 
 Image<float> RunReader::occupancy(const std::string& name) const {

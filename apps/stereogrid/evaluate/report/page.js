@@ -74,12 +74,13 @@ const of = (whole, unit = '') => ` <small>${unit ? `(${whole})` : `of ${whole}`}
 const shown = (figure, values) => (figure.is_count ? values[figure.name] ?? '–' : digits(values[figure.name])) +
   (figure.whole ? of(values[figure.whole], figure.unit) : '');
 
-function motion() {
-  const moving = names.filter(name => data.series[name].motion);
-  if (!moving.length) return '';
-  const row = figure => `<tr><td>${label(figure)}</td>${moving.map(n => `<td>${shown(figure, data.series[n].motion)}</td>`).join('')}</tr>`;
-  return `<h2>Motion</h2><div class="scroll"><table><thead><tr><th></th>${moving.map(n => `<th>${swatch(names.indexOf(n))}${escaped(n)}</th>`).join('')}</tr></thead>
-    <tbody>${data.figures.motion.map(row).join('')}</tbody></table></div>`;
+/** Figures of a group for the series that have it. */
+function grouped(key, title) {
+  const having = names.filter(name => data.series[name][key]);
+  if (!having.length) return '';
+  const row = figure => `<tr><td>${label(figure)}</td>${having.map(n => `<td>${shown(figure, data.series[n][key])}</td>`).join('')}</tr>`;
+  return `<h2>${title}</h2><div class="scroll"><table><thead><tr><th></th>${having.map(n => `<th>${swatch(names.indexOf(n))}${escaped(n)}</th>`).join('')}</tr></thead>
+    <tbody>${data.figures[key].map(row).join('')}</tbody></table></div>`;
 }
 
 /** Scores of obstacles; empty if they were not scored. */
@@ -114,7 +115,7 @@ if (names.length) {
   const filled = bands.filter(band => data.series[names[0]].bands[band].cells > 0);
   put('bands', bands.map(band => `<button data-band="${band}">${range(band)}</button>`).join(''));
   put('legend', names.map((name, index) => `<span>${swatch(index)}${escaped(name)}</span>`).join(''));
-  put('motion', motion());
+  put('motion', grouped('motion', 'Motion') + grouped('witness', 'Free cells by witness'));
   put('overview', overview(filled));
   document.getElementById('bands').addEventListener('click', event => { if (event.target.dataset.band) show(event.target.dataset.band); });
   show(filled.includes('3-20') ? '3-20' : filled[0] ?? bands[0]);

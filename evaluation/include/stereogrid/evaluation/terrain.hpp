@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "stereogrid/evaluation/labels.hpp"
 #include "stereogrid/evaluation/scores.hpp"
 #include "stereogrid/export.hpp"
 #include "stereogrid/truth.hpp"
@@ -106,6 +107,33 @@ class STEREOGRID_EXPORT TerrainScores {
   /// By quarter of the far range and height in whole centimetres.
   std::map<std::pair<int, int>, Found> steps_;
   TerrainSummary summary_;
+};
+
+/// Free cells, P(occupied) < 0.5, that are labelled, by their witness; and those of them that are occupied in truth,
+/// where no cell around is found to be occupied.
+struct WitnessSummary {
+  std::size_t ground{0};
+  std::size_t ground_occupied{0};
+  std::size_t memory{0};
+  std::size_t memory_occupied{0};
+  std::size_t source{0};
+  std::size_t source_occupied{0};
+  std::size_t frames{0};
+  std::size_t failed{0};  ///< frames with such an occupied cell
+  /// 95 % bound of the share of such frames, 3/frames, if the frames are independent; NaN: there are some.
+  double failed_at_most{std::numeric_limits<double>::quiet_NaN()};
+};
+
+/// Scores witnesses of free cells against labels.
+class STEREOGRID_EXPORT WitnessScores {
+ public:
+  /// `probability`, `witness`: on labels.geometry. Frames without witnesses are skipped.
+  void add(View<const float> probability, View<const CellWitness> witness, const Labels& labels);
+
+  [[nodiscard]] WitnessSummary summary() const;
+
+ private:
+  WitnessSummary summary_;
 };
 
 }  // namespace stereogrid::evaluation

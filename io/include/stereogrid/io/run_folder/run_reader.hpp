@@ -20,6 +20,7 @@ struct RunGrids {
   Image<float> occupancy;
   Image<float> velocity_x;  ///< m/s relative to the ground, vehicle axes
   Image<float> velocity_y;
+  Image<CellWitness> witness;  ///< empty: ground.model plane, or a run of an older version
 };
 
 /// The filtered grid of a frame as the filter keeps it, world frame.
