@@ -179,7 +179,7 @@ class Memory:
         iy = np.floor((cos * dy - sin * dx - grid["y_min_m"]) / self.size).astype(int)
         inside = (ix >= 0) & (ix < grid["nx"]) & (iy >= 0) & (iy < grid["ny"])
         places, cells = (iy[inside], ix[inside]), frame.kind == MEMORY
-        self.hazard[inside] = np.where(frame.grids["terrain"][places] > DRIVABLE, now, self.hazard[inside])
+        self.hazard[inside] = np.where((frame.grids["terrain"] > DRIVABLE)[places] & (frame.kind != SOURCE)[places], now, self.hazard[inside])
         x, y, age = frame.x[cells], frame.y[cells], (frame.grids["witness"] >> 4)[cells]
         i = np.floor((pose["x_m"] + cos * x - sin * y) / self.size - self.origin[0]).astype(int)
         j = np.floor((pose["y_m"] + sin * x + cos * y) / self.size - self.origin[1]).astype(int)
@@ -191,7 +191,7 @@ class Memory:
             beyond |= now - self.outside[place] <= oldest
         missing = np.zeros_like(cells)
         missing[cells] = ~found & ~beyond
-        self.ground[inside] = np.where(frame.kind[places] == GROUND, now, self.ground[inside])
+        self.ground[inside] = np.where(np.isin(frame.kind[places], (GROUND, SOURCE)), now, self.ground[inside])
         self.outside[~inside] = now
         return missing, int((beyond & ~found).sum())
 
