@@ -94,23 +94,23 @@ struct Pipeline::Implementation {
         is_automatic{asked.back_end == BackEnd::automatic},
         cpu{options.back_end == BackEnd::reference ? 1 : options.threads},
         input{config.motion, given, options},
-        frames{make_frames(given)} {
+        frames{make_frames(given, false)} {
     make_room(config, options.horizons_s, result);
     make_room(config, input.level_rig(), options.stages ? result.stages : unwanted_stages);
     window = result.world.geometry;
   }
 
-  std::unique_ptr<FramePipeline> make_frames(const Rig& rig) {
+  std::unique_ptr<FramePipeline> make_frames(const Rig& rig, bool is_estimated) {
     const LevelMapping mapping{rig};
     const Rig& level_rig{mapping.level_rig()};
     return std::make_unique<FramePipeline>(config, level_rig, cpu,
                                            make_stages(level_rig, PixelMask{options.mask, mapping}),
-                                           rig.camera_pitch_rad - level_rig.camera_pitch_rad, mode_of(rig));
+                                           rig.camera_pitch_rad - level_rig.camera_pitch_rad, mode(is_estimated));
   }
 
-  [[nodiscard]] GroundMode mode_of(const Rig& rig) const {
+  [[nodiscard]] GroundMode mode(bool is_estimated) const {
     if (options.extrinsics_given) return GroundMode::given;
-    return rig == given_rig ? GroundMode::assumed : GroundMode::found;
+    return is_estimated ? GroundMode::found : GroundMode::assumed;
   }
 
   // Sets options.back_end where it is automatic.
@@ -169,7 +169,7 @@ struct Pipeline::Implementation {
     }
     input.rewind(before);
     options.back_end = BackEnd::cpu;
-    set_rig(Rig{input.rig()});
+    set_rig(Rig{input.rig()}, has_estimate);
     const std::optional<Ground> found{process_on_rig(frame, images, into)};
     into.add(FrameStatus::gpu_lost,
              "the GPU has failed: " + why_not_cuda + " The CPU continues, with the state reset.");
@@ -199,15 +199,16 @@ struct Pipeline::Implementation {
   // Returns the message.
   std::string use_extrinsics(const Ground& found) {
     const Rig rig{as_written(with_extrinsics(input.rig(), seen_from(found, input.turned_rad())))};
-    set_rig(rig);
+    set_rig(rig, true);  // may equal the assumed extrinsics
     return extrinsics_message(rig);
   }
 
   // Rebuilds all stages; time, world and ids continue. Nothing has changed where it throws.
-  void set_rig(const Rig& rig) {
-    std::unique_ptr<FramePipeline> made{make_frames(rig)};
+  void set_rig(const Rig& rig, bool is_estimated) {
+    std::unique_ptr<FramePipeline> made{make_frames(rig, is_estimated)};
     made->continue_from(*frames);
     input.set_rig(rig);
+    has_estimate = is_estimated;
     frames = std::move(made);
     is_unfinished = false;
   }
@@ -223,7 +224,8 @@ struct Pipeline::Implementation {
     if (is_unfinished) reset();
     StateWriter state;
     Rig rig{input.rig()};
-    state(input, rig);
+    std::uint8_t is_estimated{has_estimate ? std::uint8_t{1} : std::uint8_t{0}};
+    state(input, rig, is_estimated);
     frames->exchange(state);
     return sealed(state.bytes(), settings_of(config, given_rig, options));
   }
@@ -236,14 +238,16 @@ struct Pipeline::Implementation {
     StateReader state{unsealed(saved, settings_of(config, given_rig, options))};
     FrameInput loaded{input};
     Rig rig{given_rig};
-    state(loaded, rig);
+    std::uint8_t is_estimated{0};
+    state(loaded, rig, is_estimated);
     require(problems(rig).empty() && with_extrinsics(given_rig, extrinsics_of(rig)) == rig &&
             (rig == input.rig() || !options.extrinsics_given));
     if (rig != input.rig()) loaded.set_rig(rig);
-    std::unique_ptr<FramePipeline> made{make_frames(rig)};
+    std::unique_ptr<FramePipeline> made{make_frames(rig, is_estimated != 0)};
     made->exchange(state);
     require(state.fits());
     static_assert(std::is_nothrow_move_assignable_v<FrameInput>);
+    has_estimate = is_estimated != 0;
     input = std::move(loaded);
     frames = std::move(made);
     is_unfinished = false;
@@ -253,6 +257,7 @@ struct Pipeline::Implementation {
   Config config;
   PipelineOptions options;
   bool is_automatic;
+  bool has_estimate{false};  // extrinsics were estimated
   Cpu cpu;
   std::string why_not_cuda;
   FrameResult result;

@@ -60,6 +60,35 @@ TEST(ExtrinsicsChain, IsFoundInOneFrameAndKept) {
   }
 }
 
+/// Exact disparities of level ground 1.65 m below the camera, and of a wall 15 m ahead.
+StereoFrame frame_of_level_ground(const Rig& rig, int index) {
+  StereoFrame frame{.name = "frame",
+                    .index = index,
+                    .stamp_ns = 100'000'000LL * index,
+                    .left = {rig.width_px, rig.height_px},
+                    .disparity = {rig.width_px, rig.height_px}};
+  for (int v{0}; v < rig.height_px; ++v) {
+    const double ground_px{rig.baseline_m / 1.65 * (v - rig.cy_px)};
+    const double wall_px{rig.focal_px * rig.baseline_m / 15};
+    std::fill_n(frame.disparity.row(v), rig.width_px, static_cast<float>(std::max(ground_px, wall_px)));
+  }
+  return frame;
+}
+
+TEST(ExtrinsicsChain, AnEstimateThatEqualsTheAssumedExtrinsicsIsOne) {
+  const Rig rig{usual_extrinsics(Scene{scenes::parse_scene(pitched_street), 2}.rig())};
+  const PipelineOptions options{.threads = 2, .extrinsics_given = false};
+  Pipeline pipeline{small_grid(), rig, options};
+  for (int index{0}; index < 3; ++index) {
+    const FrameResult& result{pipeline.process(frame_of_level_ground(rig, index))};
+    EXPECT_TRUE(result.status.empty()) << index;
+  }
+  ASSERT_EQ(pipeline.next_rig(), rig);
+  Pipeline other{small_grid(), rig, options};
+  other.load_state(pipeline.save_state());
+  EXPECT_TRUE(other.process(frame_of_level_ground(rig, 3)).status.empty());
+}
+
 // Also of frames that were matched again to verify a plane, and rejected.
 TEST(ExtrinsicsChain, TheGroundOfAResultIsThatOfItsDisparities) {
   WrongRig drive;
