@@ -17,6 +17,7 @@ constexpr double baseline_max_m{10};
 constexpr double height_min_m{0.01};
 constexpr double height_max_m{100};
 constexpr double angle_max_rad{0.7853981633974483};
+constexpr double right_angle_rad{1.5707963267948966};
 
 // Usual values of vehicles. A lens is unusual by its field of view, but not if its focal length is common.
 constexpr double usual_baseline_min_m{0.01};
@@ -93,8 +94,11 @@ std::vector<std::string> problems(const Rig& rig) {
   found.add_if(is_outside(rig.cx_px, rig.width_px) || is_outside(rig.cy_px, rig.height_px),
                "The principal point (" + text_of(rig.cx_px) + ", " + text_of(rig.cy_px) + ") lies outside the image.");
   look_at_height(rig.camera_height_m, found);
-  found.add_if(std::abs(rig.camera_pitch_rad) > angle_max_rad, "The camera pitch is ", rig.camera_pitch_rad,
-               " rad, over 45°: is it in degrees?");
+  const double pitch_rad{std::abs(rig.camera_pitch_rad)};
+  found.add_if(pitch_rad > right_angle_rad, "The camera pitch is ", rig.camera_pitch_rad,
+               " rad, over 90°: is it in degrees?");
+  found.add_if(pitch_rad > angle_max_rad && pitch_rad <= right_angle_rad, "The camera pitch is ", rig.camera_pitch_rad,
+               " rad, over 45°, which is not supported: mount the camera flatter.");
   found.add_if(std::abs(rig.camera_roll_rad) > angle_max_rad, "The camera roll is ", rig.camera_roll_rad,
                " rad, over 45°: is it in degrees?");
   return found.take();

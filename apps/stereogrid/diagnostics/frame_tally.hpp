@@ -70,6 +70,10 @@ struct Findings {
 /// Message if the road is found when the rig is rotated by 180° about its optical axis.
 [[nodiscard]] std::optional<std::string> fault_if_upside_down(const StereoFrame& frame, const TallyContext& context);
 
+/// Message if one plane fills the view, like the ground below a camera pitched down by more than 45°, or that is
+/// higher than extrinsics are estimated.
+[[nodiscard]] std::optional<std::string> fault_of_view(const StereoFrame& frame, const TallyContext& context);
+
 /// Message where the farthest points of the pair have negative disparities: upside down, or shifted; none: they have
 /// not.
 [[nodiscard]] std::optional<std::string> fault_of_shift(const StereoFrame& frame, const TallyContext& context);

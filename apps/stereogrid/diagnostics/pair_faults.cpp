@@ -9,6 +9,9 @@
 #include <cstdlib>
 #include <optional>
 #include <span>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/recording.hpp"
@@ -130,11 +133,18 @@ bool is_without_texture(const StereoFrame& frame) {
 
 namespace {
 
-/// Ground of a frame alone; none: it does not show the road.
-std::optional<Ground> ground_of(const StereoFrame& frame, const TallyContext& context, const Rig& rig) {
+/// Ground of a frame alone, which is processed up to `times`, since estimated extrinsics may need three frames; none:
+/// it does not show the road.
+std::optional<Ground> ground_of(const StereoFrame& frame, const TallyContext& context, const Rig& rig, int times = 1) {
+  constexpr std::int64_t step_ns{100'000'000};
   Pipeline pipeline{context.config, rig, {.stages = false, .extrinsics_given = context.input.extrinsics_given}};
-  const FrameResult& result{pipeline.process(frame)};
-  return shows_road(io::summary_of(frame, result)) ? std::optional{result.ground} : std::nullopt;
+  StereoFrame still{frame};
+  for (int i{0}; i < times; ++i) {
+    const FrameResult& result{pipeline.process(still)};
+    if (shows_road(io::summary_of(still, result))) return result.ground;
+    still.stamp_ns += step_ns;
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -190,22 +200,25 @@ std::string fault_of_scale(const StereoFrame& frame, const TallyContext& context
            "1000"},
       Unit{0.256, "3.9 times too small, as KITTI's. Give --depth-scale 256"},
       Unit{0.001, "1000 times too small, as floats in kilometres. Multiply them by 1000"}};
-  std::string best;
-  double best_distance{0};
+  constexpr int times{4};
+  if (ground_of(frame, context, context.source_rig, times)) return {};  // nothing is wrong with the scale
+  std::vector<std::pair<double, std::string>> possible;                 // by distance from a usual height
   for (const Unit& unit : is_depth ? std::span<const Unit>{of_depths} : std::span<const Unit>{of_disparities}) {
     StereoFrame scaled{frame};
     for (float& d : scaled.disparity) d *= static_cast<float>(unit.factor);
-    const auto ground{ground_of(scaled, context, context.source_rig)};
+    const auto ground{ground_of(scaled, context, context.source_rig, times)};
     if (!ground) continue;
     constexpr double usual_height_m{1};
-    const double distance{std::abs(std::log(ground->height_m / usual_height_m))};
-    if (!best.empty() && distance >= best_distance) continue;
-    best_distance = distance;
-    best =
-        fmt::format("the {} seem to be {}: then the ground lies {:.2f} m below the camera, as they are there is none.",
-                    is_depth ? "depths" : "disparities", unit.name, ground->height_m);
+    possible.emplace_back(
+        std::abs(std::log(ground->height_m / usual_height_m)),
+        fmt::format("{}: then the ground lies {:.2f} m below the camera", unit.name, ground->height_m));
   }
-  return best;
+  if (possible.empty()) return {};
+  std::ranges::sort(possible);
+  std::string text{fmt::format("there is no ground as the {} are. They seem to be {}",
+                               is_depth ? "depths" : "disparities", possible.front().second)};
+  for (std::size_t i{1}; i < possible.size(); ++i) text += ". Or they are " + possible[i].second;
+  return text + ".";
 }
 
 PairFault fault_of_pair(const TallyContext& context, std::size_t index, const StereoFrame& frame) {

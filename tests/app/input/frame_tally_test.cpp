@@ -57,6 +57,34 @@ TEST(FrameTally, TooFewDisparitiesForTheNearestGroundAreSaid) {
   EXPECT_THAT(texts(), IsEmpty());
 }
 
+/// Disparities of level ground below a camera.
+StereoFrame frame_above_ground(const Rig& rig, double height_m, double pitch_rad) {
+  StereoFrame frame{.left = {rig.width_px, rig.height_px}, .disparity = {rig.width_px, rig.height_px}};
+  for (int v{0}; v < rig.height_px; ++v) {
+    const double below{std::cos(pitch_rad) * (v - rig.cy_px) + std::sin(pitch_rad) * rig.focal_px};
+    std::fill_n(frame.disparity.row(v), rig.width_px,
+                static_cast<float>(std::max(0.0, rig.baseline_m / height_m * below)));
+  }
+  return frame;
+}
+
+TEST(FrameTally, GroundOfACameraThatIsTooSteepOrTooHighIsNamed) {
+  const Rig rig{160, 120, 150, 79.5, 59.5, 0.1, 1.65, 0, 0};
+  const Input input;
+  const Config config{preset("default")};
+  const TallyContext context{input, config, rig, rig, [](std::size_t) { return std::nullopt; }};
+  const auto fault = [&](double height_m, double pitch_deg) {
+    const double pitch_rad{pitch_deg / 180 * std::numbers::pi};
+    return fault_of_view(frame_above_ground(rig, height_m, pitch_rad), context).value_or("");
+  };
+  EXPECT_THAT(fault(1.2, 50), HasSubstr("the ground 1.20 m below a camera pitched down by 50°. Pitches are supported"));
+  EXPECT_THAT(fault(2, 60), AllOf(HasSubstr("2.00 m below"), HasSubstr("by 60°"), Not(HasSubstr("wall"))));
+  EXPECT_THAT(fault(2, 90), AllOf(HasSubstr("by 90°"), HasSubstr("If it is a wall")));
+  EXPECT_THAT(fault(10, 40), AllOf(HasSubstr("estimated up to 4.5 m"), Not(HasSubstr("flatter")),
+                                   HasSubstr("mount: {camera_height_m: 10.00, camera_pitch_rad: 0.698}")));
+  EXPECT_EQ(fault(1.2, 40), "");
+}
+
 TEST(FrameTally, ARoadThatIsCarriedOverIsSaid) {
   FrameTally tally;
   for (std::size_t i{0}; i < 10; ++i) tally.add(frame(i, {}, i % 3 != 1));

@@ -59,6 +59,8 @@ TEST(RigProblems, WrongUnitsAreNamed) {
   EXPECT_THAT(problems(with(&Rig::focal_px, 0.001)), Contains(AllOf(HasSubstr("0.001"), HasSubstr("in pixels"))));
   EXPECT_THAT(problems(with(&Rig::camera_height_m, 165)), Contains(HasSubstr("centimetres")));
   EXPECT_THAT(problems(with(&Rig::camera_roll_rad, 3)), Contains(AllOf(HasSubstr("roll"), HasSubstr("degrees"))));
+  EXPECT_THAT(problems(with(&Rig::camera_pitch_rad, 20)), Contains(AllOf(HasSubstr("pitch"), HasSubstr("degrees"))));
+  EXPECT_THAT(problems(with(&Rig::camera_pitch_rad, 1.2)), Contains(HasSubstr("over 45°, which is not supported")));
   EXPECT_THAT(problems(with(&Rig::cx_px, 1e6)), Contains(HasSubstr("outside the image")));
 }
 
