@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "frame_stages.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
 #include <iterator>
 #include <utility>
 
@@ -87,22 +91,49 @@ evaluation::CameraPoint Sweeps::lidar_in_camera() const {
 
 const char* const stereo_alone{"stereo alone: "};
 
-LidarStage::LidarStage(bool wanted, const Input& input, const GridGeometry& grid)
-    : wanted_{wanted}, sweeps_{input.recording}, grid_{grid} {
-  if (wanted) {
+FusedSource fused_source(const std::string& name) {
+  constexpr auto names{names_of(FusedSource{})};
+  const auto found{std::ranges::find(names, name)};
+  if (found == names.end()) throw ConfigError{fmt::format("fuse '{}' (allowed: {}).", name, fmt::join(names, ", "))};
+  return static_cast<FusedSource>(found - names.begin());
+}
+
+FusionStage::FusionStage(FusedSource source, const Input& input, const GridGeometry& grid)
+    : source_{source}, recording_{input.recording}, sweeps_{input.recording}, grid_{grid} {
+  if (source == FusedSource::lidar) {
     sweeps_.require(input.recording == nullptr ? "Leave --fuse out."
                                                : "Put KITTI's folder velodyne/ (raw drives: velodyne_points/) beside "
                                                  "the images, or leave --fuse out.");
   }
+  if (source != FusedSource::grids) return;
+  if (recording_ == nullptr) throw InputError{"Only bags of ROS 2 have grids of other sources. Leave --fuse out."};
+  const io::RecordingContents& contents{recording_->contents()};
+  if (!contents.grids_source.empty()) return;
+  const std::string& reason{contents.why_no_grids};
+  throw InputError{io::printable_path(contents.root),
+                   reason.empty() ? "has no grids of another source: only bags of ROS 2 may." : reason + ".",
+                   "Record them with the images, or leave --fuse out."};
 }
 
-std::optional<std::string> LidarStage::add_grid(StereoFrame& frame, const Rig& rig) const {
-  if (!wanted_) return std::nullopt;
+std::optional<ObservedGrid> FusionStage::grid_of(std::size_t index, const Rig& rig) const {
+  if (source_ == FusedSource::grids) {
+    const std::optional<io::PlacedGrid> grid{recording_->load_grid(index)};
+    if (!grid) return std::nullopt;
+    return resampled(*grid, grid_);
+  }
+  const std::vector<evaluation::CameraPoint> points{sweeps_.of(index)};
+  if (points.empty()) return std::nullopt;
+  return ObservedGrid{grid_,
+                      evaluation::lidar_grid(points, sweeps_.lidar_in_camera(), rig, grid_, rig.camera_height_m)};
+}
+
+std::optional<std::string> FusionStage::add_grid(StereoFrame& frame, const Rig& rig) const {
+  if (source_ == FusedSource::none) return std::nullopt;
   try {
-    const std::vector<evaluation::CameraPoint> points{sweeps_.of(static_cast<std::size_t>(frame.index))};
-    if (points.empty()) return std::string{stereo_alone} + "no lidar sweep";
-    frame.other_grids.push_back(
-        {grid_, evaluation::lidar_grid(points, sweeps_.lidar_in_camera(), rig, grid_, rig.camera_height_m)});
+    std::optional<ObservedGrid> grid{grid_of(static_cast<std::size_t>(frame.index), rig)};
+    if (!grid)
+      return stereo_alone + std::string{source_ == FusedSource::lidar ? "no lidar sweep" : "no grid within 0.1 s"};
+    frame.other_grids.push_back(std::move(*grid));
     return std::nullopt;
   } catch (const InputError& error) {
     return stereo_alone + std::string{error.what()};

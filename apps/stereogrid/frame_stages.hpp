@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <functional>
 #include <map>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "input.hpp"
@@ -68,18 +70,29 @@ class Sweeps {
 /// Beginning of the warnings of frames without a grid to fuse.
 extern const char* const stereo_alone;
 
-/// Stands before the pipeline where the recording's lidar is to be fused (`run --fuse lidar`).
-class LidarStage {
- public:
-  /// `grid`: where the lidar's grid is made. Throws InputError where it is `wanted` and the input has no sweeps.
-  LidarStage(bool wanted, const Input& input, const GridGeometry& grid);
+/// Sources of grids that --fuse fuses with the stereo pair's.
+enum class FusedSource { none, lidar, grids };
+constexpr std::array<std::string_view, 3> names_of(FusedSource) {
+  return {"none", "lidar", "grids"};
+}
+/// Throws ConfigError: no such source.
+[[nodiscard]] FusedSource fused_source(const std::string& name);
 
-  /// Gives the frame the grid that an inverse sensor model makes of its sweep, the camera being mounted as `rig` says.
-  /// Returns a warning where there is none: `stereo_alone` and the reason.
+/// Adds the grid of another source to frames, before the pipeline (`run --fuse`).
+class FusionStage {
+ public:
+  /// `grid`: geometry of the grids that are added. Throws InputError where the input lacks the source.
+  FusionStage(FusedSource source, const Input& input, const GridGeometry& grid);
+
+  /// Adds the grid that an inverse sensor model makes of the frame's sweep, the camera being mounted as `rig` says; or
+  /// the grid that was recorded. Returns a warning where there is none: `stereo_alone` and the reason.
   [[nodiscard]] std::optional<std::string> add_grid(StereoFrame& frame, const Rig& rig) const;
 
  private:
-  bool wanted_;
+  [[nodiscard]] std::optional<ObservedGrid> grid_of(std::size_t index, const Rig& rig) const;
+
+  FusedSource source_;
+  const io::Recording* recording_;
   Sweeps sweeps_;
   GridGeometry grid_;
 };

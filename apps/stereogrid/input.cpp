@@ -64,8 +64,9 @@ std::string text_of(const fs::path& path) {
 Input open_input(const InputOptions& options) {
   const bool is_of_bag{!is_scene(options.paths.front()) && options.paths.size() == 1 &&
                        rosbag::is_bag(options.paths.front())};
-  if (!is_of_bag && (!options.left_topic.empty() || !options.right_topic.empty())) {
-    throw ConfigError{"--left-topic and --right-topic choose among the topics of a bag, but the input is none."};
+  if (!is_of_bag && (!options.left_topic.empty() || !options.right_topic.empty() || !options.grid_topic.empty())) {
+    throw ConfigError{
+        "--left-topic, --right-topic and --grid-topic choose among the topics of a bag, but the input is none."};
   }
   if (is_scene(options.paths.front())) return open_scene(options);
   io::InputArguments arguments;
@@ -82,7 +83,8 @@ Input open_input(const InputOptions& options) {
   }
   auto recording{is_of_bag ? rosbag::open_recording(
                                  arguments, {{options.left_topic, options.right_topic, rosbag::SecondTopic::right},
-                                             options.pair_tolerance_ms})
+                                             options.pair_tolerance_ms,
+                                             options.grid_topic})
                            : io::open_recording(arguments)};
   Input input;
   input.recording = recording.get();

@@ -37,6 +37,7 @@ struct InputOptions {
   std::string left_topic{};
   std::string right_topic{};
   double pair_tolerance_ms{10};
+  std::string grid_topic{};
   bool with_right{false};  ///< beside `disparities`
 };
 

@@ -58,6 +58,9 @@ void add_input_options(Command command, InputOptions& options) {
                      "Topic of the left images, for a bag or ROS 2. Default: by name.");
   command.add_option("--right-topic TOPIC", options.right_topic,
                      "Topic of the right images, or of depth or disparities, for a bag or ROS 2.");
+  command.add_option("--grid-topic TOPIC", options.grid_topic,
+                     "Topic of grids of another source, for --fuse grids. Default: the only one, or the only one whose "
+                     "name has 'occupancy'.");
   command
       .add_option("--pair-tolerance-ms MS", options.pair_tolerance_ms,
                   "Maximum stamp difference of a pair, for a bag or two cameras.")

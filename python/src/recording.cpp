@@ -52,7 +52,8 @@ std::shared_ptr<Recording> open(const Paths& paths, const std::optional<Path>& c
                                 bool with_right, const std::optional<Path>& depth, std::optional<double> depth_scale,
                                 const std::optional<Path>& mask, const std::string& layout,
                                 const std::string& left_topic, const std::string& right_topic,
-                                std::optional<double> pair_tolerance_ms, const std::string& frames) {
+                                std::optional<double> pair_tolerance_ms, const std::string& grid_topic,
+                                const std::string& frames) {
   app::InputOptions options;
   options.paths = texts_of(paths);
   options.calibration = text_of(calibration);
@@ -66,6 +67,7 @@ std::shared_ptr<Recording> open(const Paths& paths, const std::optional<Path>& c
   options.left_topic = left_topic;
   options.right_topic = right_topic;
   options.pair_tolerance_ms = pair_tolerance_ms.value_or(options.pair_tolerance_ms);
+  options.grid_topic = grid_topic;
   return opened(std::move(options), frames);
 }
 
@@ -199,7 +201,8 @@ void bind_recording(nb::module_& module) {
              nb::arg("poses") = nb::none(), nb::arg("disparities") = nb::none(), nb::arg("with_right") = false,
              nb::arg("depth") = nb::none(), nb::arg("depth_scale") = nb::none(), nb::arg("mask") = nb::none(),
              nb::arg("layout") = "", nb::arg("left_topic") = "", nb::arg("right_topic") = "",
-             nb::arg("pair_tolerance_ms") = nb::none(), nb::arg("frames") = "", nb::call_guard<ReleasedGil>(),
+             nb::arg("pair_tolerance_ms") = nb::none(), nb::arg("grid_topic") = "", nb::arg("frames") = "",
+             nb::call_guard<ReleasedGil>(),
              "Opens what stereogrid run takes as INPUT: a folder, a bag of ROS 2, a list of left and right image or "
              "video, or \"scene:...\". The arguments are the options of stereogrid run; frames: \"FIRST:LAST\", both "
              "included. Raises InputError, ConfigError.");

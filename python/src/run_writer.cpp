@@ -41,7 +41,7 @@ class RunWriter {
       : recording_{std::move(recording)},
         pipeline_{pipeline},
         options_{std::move(options)},
-        lidar_{fuses_lidar(), recording_->input(), pipeline.pipeline().vehicle_grid()},
+        fusion_{app::fused_source(options_.fuse), recording_->input(), pipeline.pipeline().vehicle_grid()},
         record_{folder, description()},
         lock_{folder},
         checkpoints_{recording_->range().first, options_.checkpoint_every} {
@@ -69,7 +69,7 @@ class RunWriter {
     if (options_.resume && !frames_) throw nb::value_error("resume: iterate over the RunWriter, not the recording.");
     const std::size_t index{index_of(frame)};
     last_.reset();
-    ResultObject result{fuses_lidar() ? fused(frame) : pipeline_.process(frame)};
+    ResultObject result{options_.fuse != "none" ? fused(frame) : pipeline_.process(frame)};
     const Rig next_rig{pipeline_.exclusively([](const Pipeline& p) { return p.next_rig(); })};
     next_ = index + 1;
     record_.set_rig(next_rig);
@@ -111,12 +111,6 @@ class RunWriter {
                     frame.data.name, frame.data.index, next_, end - 1)};
   }
 
-  [[nodiscard]] bool fuses_lidar() const {
-    if (options_.fuse != "none" && options_.fuse != "lidar") {
-      throw ConfigError{"fuse '" + options_.fuse + "' (allowed: none, lidar)."};
-    }
-    return options_.fuse == "lidar";
-  }
   [[nodiscard]] bool finds_poses() const { return recording_->input().poses == app::PoseSource::odometry; }
 
   static void warn(const std::string& text) {
@@ -132,10 +126,10 @@ class RunWriter {
   }
 
   [[nodiscard]] ResultObject fused(const Frame& frame) {
-    Frame with_lidar{frame};
+    Frame with_grid{frame};
     const std::optional<std::string> warning{
-        lidar_.add_grid(with_lidar.data, pipeline_.exclusively([](const Pipeline& p) { return p.next_rig(); }))};
-    ResultObject result{pipeline_.process(with_lidar)};
+        fusion_.add_grid(with_grid.data, pipeline_.exclusively([](const Pipeline& p) { return p.next_rig(); }))};
+    ResultObject result{pipeline_.process(with_grid)};
     if (warning) nb::cast<Result&>(result).data.warnings.push_back({*warning});
     return result;
   }
@@ -181,7 +175,7 @@ class RunWriter {
   std::shared_ptr<Recording> recording_;
   PyPipeline& pipeline_;
   WriterOptions options_;
-  app::LidarStage lidar_;
+  app::FusionStage fusion_;
   io::RunRecord record_;
   std::optional<app::FolderLock> lock_;  ///< none: closed
   io::Checkpoints checkpoints_;
@@ -208,7 +202,8 @@ void bind_run_writer(nb::module_& module) {
       },
       nb::arg("folder"), nb::arg("recording"), nb::arg("pipeline"), nb::kw_only(), nb::arg("preset") = "default",
       nb::arg("fuse") = "none", nb::arg("resume") = false, nb::arg("checkpoint_every") = 100, nb::keep_alive<1, 4>(),
-      "preset: its name, for run.json. fuse: \"none\" or \"lidar\". resume: continue a stopped run with a new "
+      "preset: its name, for run.json. fuse: \"none\", \"lidar\" or \"grids\". resume: continue a stopped run with a "
+      "new "
       "pipeline. "
       "checkpoint_every: interval in frames at which the state is saved for resume; 0: never. Raises ConfigError: the "
       "folder holds a run, or one with other settings; DeviceError: another process writes there.");

@@ -124,7 +124,7 @@ std::vector<std::byte> BagImages::bytes_of(const std::string& topic, const Shot&
   while (const mcap::Message* const message{cursor->next()}) {
     if (header_stamp_ns(message->data) == shot.header_ns) return {message->data.begin(), message->data.end()};
   }
-  throw InputError{name_, fmt::format("the image of {} ns on {} is gone.", shot.stamp_ns, topic),
+  throw InputError{name_, fmt::format("the message of {} ns on {} is gone.", shot.stamp_ns, topic),
                    "Was the recording changed meanwhile?"};
 }
 
@@ -150,6 +150,28 @@ io::ImagePair BagImages::load(std::size_t index) const {
   pair.right_bits = right.bits;
   pair.has_other_byte_order |= right.has_other_byte_order;
   return pair;
+}
+
+std::optional<io::PlacedGrid> BagImages::load_grid(std::size_t index) const {
+  constexpr std::int64_t oldest_ns{100'000'000};
+  const Shot& image{pairs_.at(index).first};
+  const auto find = [&](const std::vector<Shot>& shots, const Shot& to) -> const Shot* {
+    if (shots.empty()) return nullptr;
+    const Shot& shot{shots[nearest(shots, to)]};
+    return apart_ns(shot, to) <= oldest_ns ? &shot : nullptr;
+  };
+  const Shot* const cells{find(grids_.cells, image)};
+  if (cells == nullptr) return std::nullopt;
+  const std::string name{
+      fmt::format("{}, {}, stamp {} ns", name_, io::printable(grids_.topics.cells), cells->stamp_ns)};
+  const std::string& type{find_topic(bag_->topics(), grids_.topics.cells)->type};
+  io::PlacedGrid grid{decode_grid(bytes_of(grids_.topics.cells, *cells), type, name)};
+  if (const Shot* const certainty{find(grids_.certainty, *cells)}) {
+    set_certainty(grid, bytes_of(grids_.topics.certainty, *certainty), name);
+  }
+  grid.vehicle_from_grid = grids_.base_from_grid * grid.vehicle_from_grid;
+  grid.is_in_world = grids_.is_in_world;
+  return grid;
 }
 
 void BagImages::find_sample_bits() {

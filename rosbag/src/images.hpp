@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -34,6 +35,15 @@ struct Shots {
 [[nodiscard]] std::vector<ShotPair> pair_up(const std::vector<Shot>& left, const std::vector<Shot>& right,
                                             std::int64_t tolerance_ns);
 
+/// Messages of grids of another source, and the place of their frame.
+struct BagGrids {
+  GridTopics topics;
+  std::vector<Shot> cells;        ///< in the order of their stamps
+  std::vector<Shot> certainty{};  ///< none: the cells have that of binary grids
+  Pose2 base_from_grid{};         ///< base: the vehicle, or the world
+  bool is_in_world{false};        ///< the frame of the grids is that of the poses
+};
+
 /// Finds the images of a bag again.
 class BagImages final : public io::ImageStore {
  public:
@@ -41,6 +51,8 @@ class BagImages final : public io::ImageStore {
   BagImages(std::unique_ptr<mcap::Bag> bag, std::string name, ImageTopics topics, std::vector<ShotPair> pairs);
 
   [[nodiscard]] io::ImagePair load(std::size_t index) const override;
+  [[nodiscard]] std::optional<io::PlacedGrid> load_grid(std::size_t index) const override;
+  void set_grids(BagGrids grids) { grids_ = std::move(grids); }
   /// The first pair that can be read; finds sample_bits(). Throws InputError: there is none.
   io::ImagePair begin();
   /// RecordingContents::sample_bits
@@ -56,6 +68,7 @@ class BagImages final : public io::ImageStore {
   mcap::Topic left_;
   mcap::Topic right_;
   std::vector<ShotPair> pairs_;
+  BagGrids grids_;
   int sample_bits_{8};
   mutable std::mutex mutex_;  // a bag is used by one thread at a time
 };

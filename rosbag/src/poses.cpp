@@ -79,15 +79,16 @@ void decode_and_add(std::vector<io::StampedPose>& poses, PoseTally& tally, std::
   add(poses, tally, message);
 }
 
-/// child_frame_id of the first message that names one; else base_link.
-std::string frame_of(const mcap::Bag& bag, const std::string& topic) {
+/// Sets the frames that the first message names.
+void find_frames(BagPoses& found, const mcap::Bag& bag, const std::string& topic) {
   const auto cursor{bag.messages({.topics = {topic}})};
   Odometry message;
   try {
     if (const mcap::Message* const first{cursor->next()}) messages::decode(first->data, message);
   } catch (const InputError&) {  // counted where the poses are added
   }
-  return message.child_frame_id.empty() ? "base_link" : message.child_frame_id;
+  if (!message.child_frame_id.empty()) found.frame = message.child_frame_id;
+  if (!message.header.frame_id.empty()) found.world_frame = message.header.frame_id;
 }
 
 void add_all(BagPoses& found, const mcap::Bag& bag, const std::string& topic, std::string_view type) {
@@ -165,7 +166,7 @@ BagPoses poses_of(const mcap::Bag& bag) {
   if (!topics.empty()) {
     found.source = fmt::format("{} (nav_msgs/Odometry)", io::printable(topics.front()));
     for (std::size_t i{1}; i < topics.size(); ++i) found.others += " " + io::printable(topics[i]);
-    found.frame = frame_of(bag, topics.front());
+    find_frames(found, bag, topics.front());
     add_all(found, bag, topics.front(), Odometry::type_name);
   } else if (const mcap::Topic* const tf{find_topic(bag.topics(), "/tf")};
              tf != nullptr && tf->type == TFMessage::type_name) {

@@ -66,15 +66,12 @@ std::vector<ShotPair> pairs_of(const std::string& name, const ImageTopics& topic
                    "Trigger the cameras together, or set --pair-tolerance-ms higher."};
 }
 
-/// frame_id of the first image that can be decoded; "": none.
-std::string frame_of_images(const mcap::Bag& bag, const std::string& topic) {
+/// frame_id of the first message that can be decoded; "": none.
+std::string frame_of_first(const mcap::Bag& bag, const std::string& topic) {
   const auto cursor{bag.messages({.topics = {topic}})};
   while (const mcap::Message* const message{cursor->next()}) {
     try {
-      messages::std_msgs::Header header;
-      messages::CdrReader reader{message->data, messages::std_msgs::Header::type_name};
-      reader("header", header);
-      return header.frame_id;
+      return frame_id_of(message->data);
     } catch (const InputError&) {
       continue;
     }
@@ -101,12 +98,39 @@ void move_to_camera(io::ForeignRecording& found, BagPoses& poses, const mcap::Ba
                   io::printable(poses.frame, 60), camera->x_m, camera->y_m);
 }
 
+/// Grids of another program, and where they lie: by /tf_static, or in the frame of the poses.
+void find_grids(io::ForeignRecording& found, BagImages& images, const mcap::Bag& bag, const std::string& asked,
+                const std::string& camera_frame, const std::string& world_frame) {
+  BagGrids grids{choose_grid_topics(bag.topics(), asked), {}};
+  found.why_no_grids = grids.topics.reason;
+  if (grids.topics.cells.empty()) return;
+  grids.cells = find_shots(bag, grids.topics.cells).shots;
+  if (!grids.topics.certainty.empty()) grids.certainty = find_shots(bag, grids.topics.certainty).shots;
+  found.grids_source = io::printable(grids.topics.cells);
+  if (!grids.certainty.empty()) found.grids_source += " with " + io::printable(grids.topics.certainty);
+  const std::string frame{frame_of_first(bag, grids.topics.cells)};
+  TransformBuffer transforms;
+  add_static_transforms(transforms, bag);
+  const bool is_of_image{frame == camera_frame};  // the axes are a body's all the same
+  const auto camera{is_of_image ? std::nullopt : camera_in_vehicle(transforms, frame, camera_frame)};
+  grids.is_in_world = !camera && !frame.empty() && frame == world_frame && found.poses.size() > 1;
+  if (camera) grids.base_from_grid = inverse(*camera);
+  found.grids_source += fmt::format(" in '{}'", io::printable(frame, 60));
+  if (!camera && !grids.is_in_world) {
+    found.grids_source += ", taken as that of the point below the left camera, x ahead";
+    if (!is_of_image)
+      found.grids_source += fmt::format("; /tf_static does not connect it with '{}'", io::printable(camera_frame, 60));
+  }
+  images.set_grids(std::move(grids));
+}
+
 /// Poses of the bag, unless most of them were dropped: the rest of such a topic has gaps.
-void take_poses(io::ForeignRecording& found, const mcap::Bag& bag, const std::string& wanted,
-                const std::string& left_topic) {
-  if (!wanted.empty() && wanted != "file") return;
+/// Returns the frame that they are in.
+std::string take_poses(io::ForeignRecording& found, const mcap::Bag& bag, const std::string& wanted,
+                       const std::string& left_topic) {
+  if (!wanted.empty() && wanted != "file") return {};
   BagPoses poses{poses_of(bag)};
-  if (poses.source.empty()) return;
+  if (poses.source.empty()) return {};
   const PoseTally& tally{poses.tally};
   const std::string dropped{tally.text()};
   found.poses_source = poses.source + (dropped.empty() ? "" : ", " + dropped);
@@ -117,7 +141,7 @@ void take_poses(io::ForeignRecording& found, const mcap::Bag& bag, const std::st
         are_used ? "The others are used, interpolated over short gaps." : "No pose of this topic is used."));
   }
   if (are_used) {
-    move_to_camera(found, poses, bag, frame_of_images(bag, left_topic));
+    move_to_camera(found, poses, bag, frame_of_first(bag, left_topic));
     found.poses = std::move(poses.poses);
     if (!poses.others.empty()) found.notes.push_back(fmt::format("poses: not taken:{}", poses.others));
   } else if (tally.poses == 0) {
@@ -126,6 +150,7 @@ void take_poses(io::ForeignRecording& found, const mcap::Bag& bag, const std::st
   } else if (dropped.empty()) {
     found.poses_source += ": too few poses, two stamps are needed";
   }
+  return poses.world_frame;
 }
 
 /// Throws InputError. Topics are compared in pairs: O(n²).
@@ -255,7 +280,8 @@ std::unique_ptr<io::Recording> bag_recording(std::unique_ptr<mcap::Bag> bag, con
   if (!arguments.calibration) {
     found.calibration = calibration_of(opened, name, topics, found.width_px, found.height_px);
   }
-  take_poses(found, opened, arguments.poses, topics.left);
+  const std::string world_frame{take_poses(found, opened, arguments.poses, topics.left)};
+  find_grids(found, *images, opened, options.grid_topic, frame_of_first(opened, topics.left), world_frame);
   for (std::string& sentence : opened.damage()) found.warnings.push_back(std::move(sentence));
   found.images = std::move(images);
   return io::open_recording(arguments, std::move(found));

@@ -150,10 +150,10 @@ int run(const RunOptions& requested) {
   check_options(options, input);
   const Config config{resolve_preset(options.config, [&] { return choose_preset(input); })};
   warn_of_unread(options.config, config,
-                 {input.recording != nullptr && input.recording->gives_disparities(), options.fuse == "lidar"});
+                 {input.recording != nullptr && input.recording->gives_disparities(), options.fuse != "none"});
   log_input(input);
   Pipeline pipeline{start_pipeline(config, input.source->rig(), options.device, pipeline_options(options, input))};
-  const LidarStage lidar{options.fuse == "lidar", input, pipeline.vehicle_grid()};
+  const FusionStage fusion{fused_source(options.fuse), input, pipeline.vehicle_grid()};
   io::RunRecord record{record_of(options, input, pipeline)};
   const FolderLock lock{record.folder()};
   if (!lock.warning().empty()) spdlog::warn("{}", lock.warning());
@@ -174,7 +174,7 @@ int run(const RunOptions& requested) {
   for (const std::string& warning : from.warnings) spdlog::warn("{}", warning);
   if (!from.note.empty()) spdlog::info("{}", from.note);
   record.continue_from(from.first);
-  RunLoop loop{pipeline, poses, lidar, record, writer, from.first, checkpoints, options.input_wait_s};
+  RunLoop loop{pipeline, poses, fusion, record, writer, from.first, checkpoints, options.input_wait_s};
   catch_interrupts();
   loop.run(*input.source);
   record.save(loop.is_complete());

@@ -71,7 +71,7 @@ class Progress;
 class RunLoop final : private capture::FrameHandler {
  public:
   /// `first_frame`: from there on frames go through the pipeline; those that are finished already are not written.
-  RunLoop(Pipeline& pipeline, PoseStage& poses, const LidarStage& lidar, io::RunRecord& record, ResultWriter& writer,
+  RunLoop(Pipeline& pipeline, PoseStage& poses, const FusionStage& fusion, io::RunRecord& record, ResultWriter& writer,
           std::size_t first_frame, const io::Checkpoints& checkpoints, int input_wait_s);
 
   void run(const FrameSource& source);
@@ -102,7 +102,7 @@ class RunLoop final : private capture::FrameHandler {
 
   Pipeline& pipeline_;
   PoseStage& poses_;
-  const LidarStage& lidar_;
+  const FusionStage& fusion_;
   io::RunRecord& record_;
   ResultWriter& writer_;
   std::size_t first_frame_;
@@ -112,8 +112,8 @@ class RunLoop final : private capture::FrameHandler {
   std::size_t next_{first_to_write_};
   io::FrameQueue* queue_{nullptr};  ///< while run() runs
   Progress* progress_{nullptr};
-  io::QueuedFrame queued_;                    ///< frame in work
-  std::optional<std::string> lidar_warning_;  ///< about the lidar of the last frame
+  io::QueuedFrame queued_;                     ///< frame in work
+  std::optional<std::string> fusion_warning_;  ///< about the other source of the last frame
   bool has_ended_{false};
   std::string unavailable_;
   std::optional<std::size_t> last_processed_;

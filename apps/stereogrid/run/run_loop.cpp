@@ -67,11 +67,11 @@ class Stopwatch {
 
 }  // namespace
 
-RunLoop::RunLoop(Pipeline& pipeline, PoseStage& poses, const LidarStage& lidar, io::RunRecord& record,
+RunLoop::RunLoop(Pipeline& pipeline, PoseStage& poses, const FusionStage& fusion, io::RunRecord& record,
                  ResultWriter& writer, std::size_t first_frame, const io::Checkpoints& checkpoints, int input_wait_s)
     : pipeline_{pipeline},
       poses_{poses},
-      lidar_{lidar},
+      fusion_{fusion},
       record_{record},
       writer_{writer},
       first_frame_{first_frame},
@@ -132,7 +132,7 @@ bool RunLoop::load() {
       skip(queued_.error);
       return true;
     }
-    lidar_warning_ = lidar_.add_grid(*queued_.frame, pipeline_.next_rig());
+    fusion_warning_ = fusion_.add_grid(*queued_.frame, pipeline_.next_rig());
     return true;
   } catch (const DeviceError& error) {
     unavailable_ = error.what();
@@ -143,7 +143,7 @@ bool RunLoop::load() {
 void RunLoop::deliver(capture::PreparedFrame& prepared, FrameResult& result) {
   last_processed_ = queued_.index;
   if (queued_.index < first_to_write_) return;
-  if (lidar_warning_) result.warnings.push_back({*lidar_warning_});
+  if (fusion_warning_) result.warnings.push_back({*fusion_warning_});
   log_warnings(queued_.name, result.warnings);
   ++frames_done_;
   record_.set_rig(pipeline_.next_rig());

@@ -164,6 +164,8 @@ RecordingContents look_at(const InputArguments& arguments, ForeignRecording& fou
   contents.external = std::move(found.external);
   contents.has_depth = !contents.external.empty();
   contents.poses_source = std::move(found.poses_source);
+  contents.grids_source = std::move(found.grids_source);
+  contents.why_no_grids = std::move(found.why_no_grids);
   contents.notes = std::move(found.notes);
   contents.warnings = std::move(found.warnings);
   for (const std::int64_t stamp_ns : found.stamps_ns) {

@@ -84,6 +84,10 @@ void add_offset(Image<float>& disparity, const RawPair& raw) {
 
 ImageStore::~ImageStore() = default;
 
+std::optional<PlacedGrid> ImageStore::load_grid(std::size_t /*index*/) const {
+  return std::nullopt;
+}
+
 Recording::Recording(RecordingContents contents, std::unique_ptr<ImageStore> images)
     : contents_{std::move(contents)}, images_{std::move(images)} {
   if (contents_.calibration.raw) rectifier_.emplace(*contents_.calibration.raw, rig().width_px, rig().height_px);
@@ -148,6 +152,18 @@ StereoFrame Recording::load_unrectified(std::size_t index) const {
 
 std::vector<ScanPoint> Recording::load_scan(std::size_t index) const {
   return read_listed([&] { return read_scan(contents_.frames.at(index).scan); });
+}
+
+std::optional<PlacedGrid> Recording::load_grid(std::size_t index) const {
+  std::optional<PlacedGrid> grid{images_ ? images_->load_grid(index) : std::nullopt};
+  if (!grid || !grid->is_in_world) return grid;
+  const auto& pose{contents_.frames.at(index).world_from_vehicle};
+  if (!pose)
+    throw InputError{printable_path(contents_.root), "has a grid in the frame of the poses, but no pose.",
+                     "Use its own poses."};
+  grid->vehicle_from_grid = inverse(*pose) * grid->vehicle_from_grid;
+  grid->is_in_world = false;
+  return grid;
 }
 
 StereoFrame Recording::load(std::size_t index) const {

@@ -82,7 +82,18 @@ STEREOGRID_EXPORT void share_scale(ImagePair& pair, int usual_bits);
 [[nodiscard]] STEREOGRID_EXPORT ImagePair split_pair(const Image<std::uint8_t>& image, int bits, ImageLayout layout,
                                                      const std::string& name);
 
-/// Images that do not lie in files of their own.
+/// Grid of another source in the axes of its own frame, and its place.
+struct PlacedGrid {
+  ObservedGrid cells;       ///< geometry in the grid's own axes; no cells: nothing observed
+  Pose2 vehicle_from_grid;  ///< or world_from_grid
+  bool is_in_world{false};  ///< `vehicle_from_grid` is world_from_grid, in the frame of the poses
+};
+
+/// The grid on cells of `geometry` in the vehicle frame. A cell has the value at its centre, or that of the most
+/// occupied cell whose centre lies in it. Cells that the grid does not reach have confidence 0.
+[[nodiscard]] STEREOGRID_EXPORT ObservedGrid resampled(const PlacedGrid& grid, const GridGeometry& geometry);
+
+/// Images that do not lie in files of their own, and grids recorded with them.
 class STEREOGRID_EXPORT ImageStore {
  public:
   ImageStore() = default;
@@ -93,6 +104,8 @@ class STEREOGRID_EXPORT ImageStore {
   /// Safe to call from several threads. Throws InputError: the images of this frame cannot be used; DeviceError: they
   /// cannot be read at the moment.
   [[nodiscard]] virtual ImagePair load(std::size_t index) const = 0;
+  /// Grid of another source at the time of the frame; none: there is none. Throws as load().
+  [[nodiscard]] virtual std::optional<PlacedGrid> load_grid(std::size_t index) const;
 };
 
 /// Recording that is not a folder of images, as opened by a reader of its format.
@@ -108,6 +121,8 @@ struct ForeignRecording {
   std::vector<StampedPose> poses;          ///< stamps grow; fewer than two: none
   std::string external{};                  ///< as RecordingContents::external; there: the images come with depth
   std::string poses_source;                ///< their topic, or why none are used; empty: nothing to say
+  std::string grids_source{};              ///< as RecordingContents::grids_source
+  std::string why_no_grids{};              ///< as RecordingContents::why_no_grids
   std::vector<std::string> notes;
   std::vector<std::string> warnings;
 };
@@ -130,6 +145,8 @@ struct RecordingContents {
   std::vector<std::string> warnings;  ///< faults that do not stop the recording
   std::string poses_source{};         ///< as ForeignRecording::poses_source
   std::string external{};             ///< source of disparities or depth instead of right images; empty: right images
+  std::string grids_source{};         ///< topics of grids of another source; empty: none
+  std::string why_no_grids{};         ///< reason, as the end of a message about the recording
   bool has_depth{false};              ///< `external` gives depth: of the left images before rectification
   double depth_units_per_m{1000};     ///< depth files in integers
   ImageLayout layout{ImageLayout::separate};
@@ -155,6 +172,10 @@ class STEREOGRID_EXPORT Recording final : public FrameSource {
   [[nodiscard]] StereoFrame load_unrectified(std::size_t index) const;
   /// Reads the lidar sweep of a frame that has one. Throws as read_scan(), and DeviceError as load().
   [[nodiscard]] std::vector<ScanPoint> load_scan(std::size_t index) const;
+
+  /// Grid of another source at the time of a frame, in the vehicle frame; none: there is none. Throws InputError: it
+  /// cannot be used, or its place is unknown; DeviceError as load().
+  [[nodiscard]] std::optional<PlacedGrid> load_grid(std::size_t index) const;
 
   [[nodiscard]] const RecordingContents& contents() const { return contents_; }
   /// Turns all images by 180°. `are_exchanged`: the rig was upside down, and not each camera alone; then the

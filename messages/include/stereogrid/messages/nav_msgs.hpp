@@ -31,6 +31,16 @@ struct OccupancyGrid {
   std::vector<std::int8_t> data;  ///< row by row, x fastest; stereogrid/occupancy_values.hpp
 };
 
+/// Cells of one kind, such as occupied ones.
+struct GridCells {
+  STEREOGRID_MESSAGE("nav_msgs/msg/GridCells", header, cell_width, cell_height, cells);
+
+  std_msgs::Header header;
+  float cell_width{0};                      ///< m, along x
+  float cell_height{0};                     ///< m, along y
+  std::vector<geometry_msgs::Point> cells;  ///< centres
+};
+
 struct Odometry {
   STEREOGRID_MESSAGE("nav_msgs/msg/Odometry", header, child_frame_id, pose, twist);
 

@@ -88,6 +88,27 @@ using Encodings = std::map<std::string, std::string>;
 /// T of the first DisparityImage of a topic, m; 0: it has none.
 [[nodiscard]] double first_baseline_m(const mcap::Bag& bag, const std::string& topic);
 
+/// Topics of grids that another program has computed.
+struct GridTopics {
+  std::string cells;        ///< nav_msgs/OccupancyGrid or GridCells; empty: none
+  std::string certainty{};  ///< OccupancyGrid with 0 … 100 for each cell, `cells` with "_certainty" behind; empty: none
+  std::string reason{};     ///< why there are none, as the end of a message about the bag
+};
+
+/// The requested topic; "": the only one, or the only one whose name has "occupancy".
+[[nodiscard]] GridTopics choose_grid_topics(const std::vector<mcap::Topic>& topics, const std::string& asked);
+
+/// frame_id of a message that begins with a header. Throws InputError.
+[[nodiscard]] std::string frame_id_of(std::span<const std::byte> cdr);
+
+/// Grid of a nav_msgs/OccupancyGrid (percent; others are unknown) or GridCells (occupied cells; the rest is unknown),
+/// at its place in its frame. The confidence is 0.9 where cells are known. Throws InputError: damaged, tilted, too
+/// large.
+[[nodiscard]] io::PlacedGrid decode_grid(std::span<const std::byte> cdr, std::string_view type,
+                                         const std::string& name);
+/// Replaces the confidence of known cells by that of an OccupancyGrid of the same size. Throws InputError.
+void set_certainty(io::PlacedGrid& grid, std::span<const std::byte> cdr, const std::string& name);
+
 /// Number of poses that messages had, and of those that were dropped, by reason.
 struct PoseTally {
   std::size_t poses{0};              ///< with those dropped; a message that cannot be decoded counts as one
@@ -114,6 +135,7 @@ struct BagPoses {
   std::vector<io::StampedPose> poses;  ///< fewer than two: none
   std::string source;                  ///< topic and type; empty: the bag has no such topic
   std::string frame{"base_link"};      ///< whose poses they are
+  std::string world_frame{"odom"};     ///< in which they are
   std::string others;                  ///< topics that could have been taken, too; empty: none
   PoseTally tally;
 };
@@ -183,6 +205,7 @@ struct DepthInfos {
 struct BagOptions {
   ImageTopics topics;  ///< "": found
   double pair_tolerance_ms{10};
+  std::string grid_topic{};  ///< as for choose_grid_topics()
 };
 
 /// Searches the whole bag, whose path is that of the arguments, for the images of both cameras. Throws InputError.
