@@ -38,8 +38,7 @@ DiscoveryRange range() {
     throw ConfigError{"ROS_LOCALHOST_ONLY is \"" + local + "\", but it is 0 or 1."};
   }
   const std::string range{variable("ROS_AUTOMATIC_DISCOVERY_RANGE")};
-  if (local == "1") return DiscoveryRange::loopback;
-  if (range == "LOCALHOST") return DiscoveryRange::localhost;
+  if (local == "1" || range == "LOCALHOST") return DiscoveryRange::localhost;
   if (range.empty() || range == "SUBNET" || range == "SYSTEM_DEFAULT") return DiscoveryRange::subnet;
   if (range == "OFF") return DiscoveryRange::off;
   throw ConfigError{"ROS_AUTOMATIC_DISCOVERY_RANGE: " + range + " (allowed SUBNET, LOCALHOST, OFF, SYSTEM_DEFAULT)."};
@@ -47,6 +46,7 @@ DiscoveryRange range() {
 
 std::vector<std::string> static_peers() {
   std::vector<std::string> peers;
+  if (variable("ROS_LOCALHOST_ONLY") == "1") return peers;  // as rcl has it
   std::istringstream text{variable("ROS_STATIC_PEERS")};
   for (std::string peer; std::getline(text, peer, ';');) {
     const auto is_of_host{[](unsigned char letter) {
@@ -68,25 +68,25 @@ constexpr const char* fragments{
     "<CycloneDDS><Domain><General><FragmentSize>14000B</FragmentSize></General></Domain></CycloneDDS>,"};
 
 /// Discovery as rmw_cyclonedds_cpp configures it for the same variables. Listed peers are contacted at the ports of the
-/// first 33 participants of a host, without multicast.
-std::string config_of(const Network& network) {
+/// first 33 participants of a host, without multicast. `loopback`: as a second interface, for nodes of Humble with
+/// ROS_LOCALHOST_ONLY, which have it alone.
+std::string config_of(const Network& network, bool loopback) {
   if (network.range == DiscoveryRange::off) {
     return "<CycloneDDS><Domain><General><AllowMulticast>false</AllowMulticast></"
            "General><Discovery><ParticipantIndex>none"
            "</ParticipantIndex><Tag>stereogrid_" +
            std::to_string(std::random_device{}()) + "</Tag></Discovery></Domain></CycloneDDS>,";
   }
-  const bool is_loopback{network.range == DiscoveryRange::loopback};
-  const bool is_local{is_loopback || network.range == DiscoveryRange::localhost};
+  const bool is_local{network.range == DiscoveryRange::localhost};
   if (!is_local && network.static_peers.empty()) return "";
   std::string peers{is_local ? "<Peer address=\"127.0.0.1\"/>" : ""};
-  if (!is_loopback) {
-    for (const std::string& peer : network.static_peers) peers += "<Peer address=\"" + peer + "\"/>";
-  }
-  const char* const general{
-      is_loopback ? "<General><Interfaces><NetworkInterface address=\"127.0.0.1\"/></Interfaces></General>"
-      : is_local  ? "<General><AllowMulticast>false</AllowMulticast></General>"
-                  : ""};
+  for (const std::string& peer : network.static_peers) peers += "<Peer address=\"" + peer + "\"/>";
+  const char* const interfaces{
+      loopback ? "<Interfaces><NetworkInterface autodetermine=\"true\"/><NetworkInterface address=\"127.0.0.1\"/>"
+                 "</Interfaces>"
+               : ""};
+  const std::string general{
+      is_local ? std::string{"<General>"} + interfaces + "<AllowMulticast>false</AllowMulticast></General>" : ""};
   return std::string{"<CycloneDDS><Domain>"} + general +
          "<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32</"
          "MaxAutoParticipantIndex><Peers>" +
@@ -121,9 +121,13 @@ Domain::Domain(const Network& network) : id_{network.domain} {
     ++found->second.users;
     return;
   }
-  const std::string config{fragments + config_of(network) + variable("CYCLONEDDS_URI")};
-  const dds_entity_t entity{dds_create_domain(id_, config.c_str())};
-  if (entity == DDS_RETCODE_PRECONDITION_NOT_MET) return;  // the program has opened it
+  const auto created = [&](bool loopback) {
+    const std::string config{fragments + config_of(network, loopback) + variable("CYCLONEDDS_URI")};
+    return dds_create_domain(id_, config.c_str());
+  };
+  dds_entity_t entity{created(true)};
+  if (entity == DDS_RETCODE_ERROR) entity = created(false);  // loopback is the only interface
+  if (entity == DDS_RETCODE_PRECONDITION_NOT_MET) return;    // the program has opened it
   checked(entity, "domain " + std::to_string(id_) + " cannot be opened (check CYCLONEDDS_URI and the network)");
   domains()[id_] = {entity, 1};
 }

@@ -84,8 +84,9 @@ std::unique_ptr<Node> open(const NodeOptions& options) {
 namespace {
 
 constexpr std::size_t reported_max{1000};
-// normal, and harmless: discovery works without multicast
-constexpr std::string_view loopback{"selected interface \"lo\" is not multicast-capable"};
+// harmless: discovery works without multicast; a machine without a network has loopback alone
+constexpr std::array<std::string_view, 2> harmless{"selected interface \"lo\" is not multicast-capable",
+                                                   "lo: the same interface may not be selected twice"};
 
 struct Log {
   std::mutex mutex;
@@ -109,7 +110,7 @@ void take(void* /*of*/, const dds_log_data_t* data) noexcept {
   try {
     std::string text{data->message};
     std::erase_if(text, [](unsigned char letter) { return letter < ' '; });  // the text may include data of a peer
-    if (text.starts_with(loopback)) return;
+    if (std::ranges::any_of(harmless, [&](std::string_view start) { return text.starts_with(start); })) return;
     Log& log{log_of_process()};
     std::function<void(const std::string&)> warn;
     {

@@ -36,9 +36,9 @@ namespace stereogrid::dds {
 /// Bytes of a sample from dds_takecdr(); valid while the sample exists.
 [[nodiscard]] std::span<const std::byte> bytes_of(const ddsi_serdata* sample);
 
-/// Range of the discovery of peers. localhost: this machine through any interface, as in Jazzy; loopback: 127.0.0.1
-/// only (ROS_LOCALHOST_ONLY of Humble). Nodes of both ranges do not find each other.
-enum class DiscoveryRange { subnet, localhost, loopback, off };
+/// Range of the discovery of peers. localhost: this machine through any interface, as in Jazzy, also for
+/// ROS_LOCALHOST_ONLY=1.
+enum class DiscoveryRange { subnet, localhost, off };
 
 /// Network of ROS's environment variables.
 struct Network {

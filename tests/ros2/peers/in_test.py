@@ -57,9 +57,10 @@ class In(unittest.TestCase):
         front = Cameras(self.node, '/front', RELIABLE)
         rear = Cameras(self.node, '/rear', BEST_EFFORT, 'rgb8')
         grids = [self.grids_of('front_grid'), self.grids_of('rear_grid')]
-        with Tool('live', 'ros2:/front', '--poses', '/front/odom', '--ros2-camera-at', '0,0,0', '--ros2', '--ros2-node', 'front_grid', '--listen',
-                  ':0') as first, Tool('live', 'ros2:/rear', '--poses', 'none', '--ros2', '--ros2-node', 'rear_grid',
-                                       '--listen', ':0') as second:
+        with Tool('live', 'ros2:/front', '--poses', '/front/odom', '--ros2-camera-at', '0,0,0', '--ros2',
+                  '--ros2-node', 'front_grid', '--listen', ':0') as first, Tool(
+                      'live', 'ros2:/rear', '--poses', 'none', '--ros2', '--ros2-node', 'rear_grid', '--listen',
+                      ':0') as second:
             done = self.send_until(lambda: min(map(len, grids)) >= 5, [front.send, rear.send])
             logs = first.end() + second.end()
         self.assertTrue(done, logs)
@@ -68,6 +69,17 @@ class In(unittest.TestCase):
                 self.assertIn(stamp_ns(grid), cameras.sent)
         # the first is in the frame of the odometry, which moves along x
         self.assertGreater(grids[0][-1].info.origin.position.x + 1e-9, grids[0][0].info.origin.position.x)
+
+    def test_localhost_only(self):
+        """ROS_LOCALHOST_ONLY=1 is the range LOCALHOST of this process."""
+        cameras = Cameras(self.node, '/local')
+        grids = self.grids_of('local_grid')
+        environment = {'ROS_LOCALHOST_ONLY': '1', 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET'}
+        with Tool('live', 'ros2:/local', '--poses', 'none', '--ros2', '--ros2-node', 'local_grid', '--listen', ':0',
+                  **environment) as tool:
+            done = self.send_until(lambda: len(grids) >= 3, [cameras.send])
+            log = tool.end()
+        self.assertTrue(done, log)
 
     def test_depth_and_disparities(self):
         for kind in ('16UC1', '32FC1', 'compressedDepth', 'disparity'):
@@ -143,8 +155,8 @@ class In(unittest.TestCase):
     def test_simulated_time_that_jumps_back(self):
         cameras = Cameras(self.node, '/simulated')
         grids = self.grids_of('sim_grid')
-        with Tool('live', 'ros2:/simulated', '--poses', '/simulated/odom', '--ros2-camera-at', '0,0,0', '--ros2', '--ros2-node', 'sim_grid',
-                  '--ros2-sim-time', '--listen', ':0') as tool:
+        with Tool('live', 'ros2:/simulated', '--poses', '/simulated/odom', '--ros2-camera-at', '0,0,0', '--ros2',
+                  '--ros2-node', 'sim_grid', '--ros2-sim-time', '--listen', ':0') as tool:
             first = self.send_until(lambda: len(grids) >= 3, [cameras.send], 1000 * 10**9)
             before = len(grids)
             again = self.send_until(lambda: len(grids) >= before + 3, [cameras.send], 500 * 10**9)

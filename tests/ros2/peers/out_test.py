@@ -13,7 +13,8 @@ from rclpy.serialization import deserialize_message, serialize_message
 
 SCENE = 'scene:street?width=192&height=128&frames=60&speed=3'
 AT = '/robot/grid'
-LATCHED_TOPICS = {f'{AT}/{name}' for name in ('occupancy_grid', 'observed_grid', 'predicted_grid_0_5', 'planning_grid')}
+LATCHED_TOPICS = {f'{AT}/{name}'
+                  for name in ('occupancy_grid', 'observed_grid', 'predicted_grid_0_5', 'planning_grid')}
 OTHERS = {f'{AT}/{name}': type_name for name, type_name in (
     ('obstacle_markers', 'visualization_msgs/msg/MarkerArray'),
     ('disparity', 'stereo_msgs/msg/DisparityImage'),

@@ -64,10 +64,10 @@ def hash_of(type_name):
 class Tool:
     """The tool as a process; its output goes to a file."""
 
-    def __init__(self, *words):
+    def __init__(self, *words, **environment):
         self.log = tempfile.NamedTemporaryFile(prefix='stereogrid_', suffix='.log')
         self.process = subprocess.Popen(['setpriv', '--pdeathsig', 'KILL', os.environ['STEREOGRID_TOOL'], *words],
-                                        stdout=self.log, stderr=subprocess.STDOUT)
+                                        stdout=self.log, stderr=subprocess.STDOUT, env={**os.environ, **environment})
 
     def end(self):
         """End it as Ctrl-C does; returns its output."""
