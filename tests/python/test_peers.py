@@ -71,7 +71,7 @@ def arrays(folder: Path, kind: str, frame: sg.RunFrame) -> Any:
 
 
 def test_every_topic_has_every_frame(recorded: Path, topics: Topics) -> None:
-    assert len(topics) == 19
+    assert len(topics) == 20
     assert {topic: len(messages) for topic, messages in topics.items()} == {**dict.fromkeys(topics, FRAMES), **ONCE}
     for frame, scan in zip(sg.read_run(recorded).frames, below(topics, "scan")):
         assert scan.header.stamp.sec * 10**9 + scan.header.stamp.nanosec == frame.stamp_ns

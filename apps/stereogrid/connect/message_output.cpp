@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "cli/program.hpp"
+#include "connect/mavlink.hpp"
 #include "connect/own_transforms.hpp"
 #include "pictures/picture.hpp"
 #include "stereogrid/error.hpp"
@@ -86,6 +87,8 @@ void add_message_options(Command command, MessageOptions& options) {
                   "Side of the voxels with one point each in clouds of points; 0: all points.")
       .check(number(0, 10))
       .show_default();
+  command.add_option("--mavlink HOST:PORT", options.mavlink,
+                     "Send OBSTACLE_DISTANCE of MAVLink to PX4 or ArduPilot by UDP (docs/live.md).");
   command.add_flag("--ros2", options.ros2.publishes,
                    "Publish the same messages as topics of a ROS 2 node, in the domain ROS_DOMAIN_ID (docs/ros2.md).");
   add_ros2_options(command, options.ros2);
@@ -93,6 +96,7 @@ void add_message_options(Command command, MessageOptions& options) {
 
 void check(const MessageOptions& options, const Rig& rig) {
   if (options.ros2.publishes) check(options.ros2);
+  if (!options.mavlink.empty()) static_cast<void>(MavlinkSender{options.mavlink});
   messages::Tee nowhere{{}};
   static_cast<void>(messages::FrameMessages{nowhere, rig, {.points_voxel_m = options.points_voxel_m}});
   if (options.mcap.empty()) {
@@ -108,6 +112,10 @@ void check(const MessageOptions& options, const Rig& rig) {
   } catch (const ConfigError& error) {
     throw ConfigError{fmt::format("--mcap-topics: {}", error.what())};
   }
+}
+
+bool has_receivers(const MessageOptions& options) {
+  return !options.mcap.empty() || options.ros2.publishes || !options.mavlink.empty();
 }
 
 bool needs_stages(const MessageOptions& options) {
@@ -189,6 +197,7 @@ struct MessageOutput::State {
     if (options.ros2.publishes) {
       sinks.push_back(&published.emplace(open_ros2_node(options.ros2)));
     }
+    if (!options.mavlink.empty()) mavlink.emplace(options.mavlink);
     if (viewers != nullptr) sinks.push_back(&live.emplace(*viewers));
     if (!options.mcap.empty()) {
       recording.emplace(ready(options.mcap), options.topics.empty());
@@ -203,6 +212,7 @@ struct MessageOutput::State {
 
   Rig rig;
   std::optional<OwnTransforms> published;
+  std::optional<MavlinkSender> mavlink;
   std::optional<McapSink> recording;
   std::optional<ServerSink> live;
   std::optional<messages::Tee> all;
@@ -230,6 +240,7 @@ void MessageOutput::send(const StereoFrame& frame, const FrameResult& result, me
     if (result.rig != state_->rig) sender.set_rig(result.rig);
     sender.send(result, facts);
   }
+  if (state_->mavlink) state_->mavlink->send(result, result.rig, frame.stamp_ns);
   state_->rig = result.rig;
 }
 

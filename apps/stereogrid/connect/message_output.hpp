@@ -29,6 +29,7 @@ struct MessageOptions {
   std::vector<std::string> topics;      ///< topics of the recording; empty: all
   std::optional<OccupancyScale> scale;  ///< none: percent
   double points_voxel_m{0.1};           ///< FrameMessagesOptions::points_voxel_m
+  std::string mavlink;                  ///< HOST:PORT; "": none
   Ros2Options ros2{};
 };
 
@@ -39,6 +40,9 @@ void add_message_options(Command command, MessageOptions& options);
 
 /// Throws ConfigError: a topic that does not exist, topics without a file, a file that is there already.
 void check(const MessageOptions& options, const Rig& rig);
+
+/// True if messages are recorded, published or sent.
+[[nodiscard]] bool has_receivers(const MessageOptions& options);
 
 /// True if a message is recorded or published that needs FrameResult::stages.
 [[nodiscard]] bool needs_stages(const MessageOptions& options);

@@ -67,7 +67,7 @@ struct ResultWriter::State {
     if (options.pictures) io::create_folder(options.folder / "pictures");
     lines.emplace(options.folder / "frames.jsonl");
     if (!options.video.empty()) video.emplace(options.video, options.video_rate_hz);
-    if (options.messages.mcap.empty() && options.page == nullptr && !options.messages.ros2.publishes) return;
+    if (!has_receivers(options.messages) && options.page == nullptr) return;
     messages.emplace(options.messages, options.page != nullptr ? &options.page->server() : nullptr, options.rig);
   }
 
