@@ -121,17 +121,26 @@ TEST_F(Ros2Node, LateTransformsAreWaitedForAndWarnedOfOnce) {
   EXPECT_TRUE(wait_for([] { return published(grids).size() == 1; }));
 }
 
-TEST_F(Ros2Node, EndsTheProcessAfterAnErrorOfItsThread) {
+TEST_F(Ros2Node, ReportsAnErrorOfItsThreadAndLeavesOtherNodesAlone) {
   start({{"poses", std::string{"none"}}});
+  std::atomic<int> notified{0};
+  node_->set_failure_handler([&notified] { ++notified; });
   hand_in_infos();
   stand_in::world().publishing_fails = true;
   EXPECT_TRUE(wait_for([&] {
     hand_in_pair(0);
     return node_->has_failed();
   }));
+  EXPECT_TRUE(wait_for([&] { return notified == 1; }));
   EXPECT_THAT(logged(), Contains(HasSubstr("stopped: failed to publish message")));
-  const std::scoped_lock lock{stand_in::world().mutex};
-  EXPECT_TRUE(stand_in::world().is_shut_down);
+  {
+    const std::scoped_lock lock{stand_in::world().mutex};
+    EXPECT_FALSE(stand_in::world().is_shut_down);
+  }
+  stand_in::world().publishing_fails = false;
+  EXPECT_EQ(node_->deactivate().id(), 2);
+  EXPECT_EQ(node_->activate().id(), 3);
+  EXPECT_FALSE(node_->has_failed());
 }
 
 TEST(Ros2Process, WrongParametersAreExitCode1AndOneSentence) {

@@ -145,6 +145,13 @@ TEST_F(Ros2Node, RefusesParametersThatDoNotFit) {
   EXPECT_THAT(refusal({"input", std::string{"lidar"}}), HasSubstr("input: lidar (allowed stereo, depth, disparity)"));
   EXPECT_THAT(refusal({"device", std::string{"tpu"}}), HasSubstr("device"));
   EXPECT_THAT(refusal({"pair_tolerance", -1.0}), HasSubstr("pair_tolerance"));
+  EXPECT_THAT(refusal({"topics", std::vector<std::string>{"scan", "grids"}}), HasSubstr("There is no topic \"grids\""));
+  EXPECT_THAT(refusal({"points_voxel", -1.0}), HasSubstr("voxels"));
+}
+
+TEST_F(Ros2Node, ReadsTransformsWithItsOwnRemappings) {
+  start({{"poses", std::string{"none"}}});
+  EXPECT_EQ(tf2_ros::TransformListener::last_node(), &*node_);
 }
 
 /// Extrinsics in the node's own messages are read back unchanged.

@@ -13,7 +13,8 @@ int main(int argc, char** argv) {
   try {
     rclcpp::init(argc, argv);
     const auto node{std::make_shared<stereogrid_ros::StereoGridNode>()};
-    rclcpp::spin(node->get_node_base_interface());
+    node->set_failure_handler([] { rclcpp::shutdown(); });  // a process that does nothing is not left in the graph
+    if (!node->has_failed()) rclcpp::spin(node->get_node_base_interface());
     has_failed = node->has_failed();
   } catch (const std::exception& error) {
     std::fprintf(stderr, "stereo_grid: %s\n", error.what());

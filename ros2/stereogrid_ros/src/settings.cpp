@@ -113,6 +113,19 @@ stereogrid::PipelineOptions declare_pipeline(rclcpp_lifecycle::LifecycleNode& no
   return pipeline;
 }
 
+/// Throws ConfigError: a topic that does not exist, a frame without a name, a voxel out of range.
+void check(const stereogrid::messages::FrameMessagesOptions& options) {
+  const stereogrid::Rig any_rig{.width_px = 640,
+                                .height_px = 480,
+                                .focal_px = 500,
+                                .cx_px = 320,
+                                .cy_px = 240,
+                                .baseline_m = 0.1,
+                                .camera_height_m = 1};
+  stereogrid::messages::Tee nowhere{{}};
+  static_cast<void>(stereogrid::messages::FrameMessages{nowhere, any_rig, options});
+}
+
 }  // namespace
 
 Settings declare_settings(rclcpp_lifecycle::LifecycleNode& node) {
@@ -152,6 +165,10 @@ Settings declare_settings(rclcpp_lifecycle::LifecycleNode& node) {
   declare_field(node, "value_scale", "Values of occupancy grids: percent, trinary, nav2 or autoware.",
                 settings.messages.scale);
   settings.messages.topics = declared(node, "topics", std::vector<std::string>{}, "Published topics; empty: all.");
+  settings.messages.points_voxel_m =
+      declared(node, "points_voxel", settings.messages.points_voxel_m,
+               "Side of the voxels with one point each in clouds of points, m; 0: all points.", "0, or 0.01 to 10");
+  check(settings.messages);
   return settings;
 }
 

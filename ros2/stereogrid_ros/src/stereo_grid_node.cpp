@@ -45,12 +45,23 @@ StereoGridNode::~StereoGridNode() {
 
 StereoGridNode::CallbackReturn StereoGridNode::on_configure(const rclcpp_lifecycle::State& /*previous*/) {
   transforms_.emplace(get_clock());
-  listener_.emplace(*transforms_);
+  listener_.emplace(*transforms_, this);  // with the node's remappings
   return CallbackReturn::SUCCESS;
+}
+
+void StereoGridNode::set_failure_handler(std::function<void()> handler) {
+  const std::scoped_lock lock{mutex_};
+  failure_handler_ = std::move(handler);
+}
+
+std::function<void()> StereoGridNode::failure_handler() {
+  const std::scoped_lock lock{mutex_};
+  return failure_handler_;
 }
 
 StereoGridNode::CallbackReturn StereoGridNode::on_activate(const rclcpp_lifecycle::State& /*previous*/) {
   is_to_stop_ = false;
+  has_failed_ = false;
   thread_ = std::thread{[this] { work(); }};
   subscribe_all();
   return CallbackReturn::SUCCESS;
@@ -107,9 +118,9 @@ void StereoGridNode::work() {
       if (open_pair()) return go_on();
     }
   } catch (const std::exception& error) {
-    RCLCPP_FATAL(get_logger(), "stopped: %s", error.what());
+    RCLCPP_FATAL(get_logger(), "stopped: %s. Deactivate and activate the node to try again.", error.what());
     has_failed_ = true;
-    rclcpp::shutdown();  // a node that does nothing is not left in the graph
+    if (const auto notify{failure_handler()}) notify();
   }
 }
 

@@ -96,8 +96,10 @@ class StereoGridNode final : public rclcpp_lifecycle::LifecycleNode {
   CallbackReturn on_cleanup(const rclcpp_lifecycle::State& previous) override;
   CallbackReturn on_shutdown(const rclcpp_lifecycle::State& previous) override;
 
-  /// True after an error that has ended the thread; the context is shut down.
+  /// True after an error that has ended the thread of the active node; other nodes of the process are not affected.
   [[nodiscard]] bool has_failed() const { return has_failed_; }
+  /// Called by that thread after such an error.
+  void set_failure_handler(std::function<void()> handler);
 
  private:
   using Side = stereogrid::capture::Side;
@@ -119,6 +121,8 @@ class StereoGridNode final : public rclcpp_lifecycle::LifecycleNode {
             const std::function<void(Pair&, stereogrid::capture::Clock::time_point)>& add);
   /// Logs a warning; the same text, numbers aside, at most once a minute.
   void warn(const std::string& text);
+
+  [[nodiscard]] std::function<void()> failure_handler();
 
   // called by the thread
   void work();
@@ -145,7 +149,7 @@ class StereoGridNode final : public rclcpp_lifecycle::LifecycleNode {
   std::optional<tf2_ros::TransformListener> listener_;
   std::vector<rclcpp::SubscriptionBase::SharedPtr> subscriptions_;
 
-  std::mutex mutex_;  // guards the members up to camera_frame_
+  std::mutex mutex_;  // guards the members up to failure_handler_
   std::condition_variable changed_;
   std::array<std::optional<sensor_msgs::msg::CameraInfo>, 2> infos_;  // not yet used
   std::atomic<double> baseline_m_{0};                                 // baseline of the disparities; 0: none so far
@@ -154,6 +158,7 @@ class StereoGridNode final : public rclcpp_lifecycle::LifecycleNode {
   std::shared_ptr<Pair> pair_;                                            // replaced after time has stepped back
   std::map<std::string, stereogrid::capture::Clock::time_point> warned_;  // by text without numbers
   std::string camera_frame_;
+  std::function<void()> failure_handler_;
 
   std::int64_t refused_{0};  // used by the thread only
 

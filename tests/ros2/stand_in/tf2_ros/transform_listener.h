@@ -5,9 +5,18 @@
 
 namespace tf2_ros {
 
+/// Its subscriptions have the remappings of the node.
 class TransformListener {
  public:
-  explicit TransformListener(Buffer&) {}
+  template <class Node>
+  TransformListener(Buffer&, Node* node) {
+    last_node() = node;
+  }
+  /// Node of the last one that was made.
+  static void*& last_node() {
+    static void* node{nullptr};
+    return node;
+  }
 };
 
 }  // namespace tf2_ros
