@@ -245,6 +245,28 @@ TEST(Nav2Parameters, KeepAScanThatLiesOnTheGround) {
   }
 }
 
+// Points in a rectangle of the vehicle frame, as nav2_collision_monitor counts them (scan.cpp, polygon.cpp).
+int points_within(const LaserScan& scan, Point2 low, Point2 high) {
+  int points{0};
+  for (std::size_t i{0}; i < scan.ranges.size(); ++i) {
+    if (!(scan.ranges[i] >= scan.range_min && scan.ranges[i] <= scan.range_max)) continue;
+    const auto range_m{static_cast<double>(scan.ranges[i])};
+    const auto bearing_rad{static_cast<double>(scan.angle_min + static_cast<float>(i) * scan.angle_increment)};
+    const Point2 point{range_m * std::cos(bearing_rad), range_m * std::sin(bearing_rad)};
+    points += point.x > low.x && point.x < high.x && point.y > low.y && point.y < high.y ? 1 : 0;
+  }
+  return points;
+}
+
+TEST(Nav2CollisionMonitor, StopsBeforeADrop) {
+  constexpr int min_points{4};  // its default
+  Drive drive{"terrain?kind=edge&depth=0.9&at=8&frames=20", "default"};
+  static_cast<void>(drive.last());
+  const auto scan{drive.recorder().last<LaserScan>("/stereo_grid/scan")};
+  EXPECT_GE(points_within(scan, {5, -1}, {9, 1}), min_points);
+  EXPECT_EQ(points_within(scan, {0, -1}, {5, 1}), 0) << "the road before it";
+}
+
 // Displays of RViz: each topic is one of ours, with its type and a compatible QoS.
 TEST(RvizConfiguration, ShowsTopicsThatArePublished) {
   const std::map<std::string, std::string> types{{"Map", "nav_msgs/msg/OccupancyGrid"},
