@@ -4,13 +4,14 @@
 namespace stereogrid::app::testing {
 namespace {
 
+using Evaluate = FolderTest;
+
 /// A run of a scene that is small enough for tests.
 void run_scene(const std::string& scene, const fs::path& out) {
   run_well({"run", scene, "--out", out, "--set", "grid.length_m=30"});
 }
 
-TEST(Evaluate, ScoresARunAgainstItsScene) {
-  const TemporaryFolder folder;
+TEST_F(Evaluate, ScoresARunAgainstItsScene) {
   run_scene("scene:crossing?frames=13&width=256&height=160", folder / "run");
   const std::string json_file{folder / "scores.json"};
   const Outcome outcome{run_well({"evaluate", folder / "run", "--json", json_file})};
@@ -48,8 +49,7 @@ TEST(Evaluate, ScoresARunAgainstItsScene) {
   EXPECT_TRUE(obstacles["tracking"]["mota"].is_number());
 }
 
-TEST(Evaluate, ScoresTerrainOfASceneAndOfItsDriveAlike) {
-  const TemporaryFolder folder;
+TEST_F(Evaluate, ScoresTerrainOfASceneAndOfItsDriveAlike) {
   const std::string scene{"scene:terrain?kind=box&width=256&height=160&frames=2"};
   const std::string run{folder / "run"};
   run_scene(scene, folder / "run");
@@ -70,8 +70,7 @@ TEST(Evaluate, ScoresTerrainOfASceneAndOfItsDriveAlike) {
   EXPECT_EQ(scores({folder / "drive"})["occupancy"]["terrain"], own["occupancy"]["terrain"]);
 }
 
-TEST(Evaluate, ReadsTheTruthOfADriveAsThatOfItsScene) {
-  const TemporaryFolder folder;
+TEST_F(Evaluate, ReadsTheTruthOfADriveAsThatOfItsScene) {
   const std::string scene{small_scene("street", "&frames=2")};
   const fs::path drive{folder / "drive"};
   run_well({"simulate", scene, "--out", drive});
@@ -94,8 +93,7 @@ TEST(Evaluate, ReadsTheTruthOfADriveAsThatOfItsScene) {
   }
 }
 
-TEST(Evaluate, WritesAReportThatNeedsNothingElse) {
-  const TemporaryFolder folder;
+TEST_F(Evaluate, WritesAReportThatNeedsNothingElse) {
   // a path that would end the page's data, or not let it end
   const fs::path run{folder / "<!--<script>a<" / "script>"};
   run_scene(small_scene("crossing", "&frames=2"), run);
@@ -118,8 +116,7 @@ TEST(Evaluate, WritesAReportThatNeedsNothingElse) {
   EXPECT_TRUE(script_fills(report));
 }
 
-TEST(Evaluate, ScoresObstaclesWhereOnlyTheyAreLabelled) {
-  const TemporaryFolder folder;
+TEST_F(Evaluate, ScoresObstaclesWhereOnlyTheyAreLabelled) {
   const fs::path drive{folder / "drive"};
   const fs::path run{folder / "run"};
   run_well({"simulate", small_scene("empty", "&frames=2"), "--out", drive});
@@ -160,15 +157,13 @@ TEST(Evaluate, ScoresObstaclesWhereOnlyTheyAreLabelled) {
   EXPECT_THAT(errors_of(65, {"evaluate", run}), HasSubstr("has object labels from 1 s on"));
 }
 
-TEST(Evaluate, RefusesCellsOfAnotherSize) {
-  const TemporaryFolder folder;
+TEST_F(Evaluate, RefusesCellsOfAnotherSize) {
   const std::string scene{small_scene("empty", "&frames=1")};
   run_well({"run", scene, "--out", folder / "run", "--set", "grid.cell_size_m=0.5"});
   EXPECT_THAT(errors_of(65, {"evaluate", folder / "run", scene}), HasSubstr("grid.cell_size_m=0.2"));
 }
 
-TEST(Evaluate, SaysWhatIsMissing) {
-  const TemporaryFolder folder;
+TEST_F(Evaluate, SaysWhatIsMissing) {
   const std::string scene{small_scene("empty", "&frames=2")};
   const fs::path drive{folder / "drive"};
   run_well({"simulate", scene, "--out", drive});

@@ -8,9 +8,12 @@
 namespace stereogrid::app::testing {
 namespace {
 
-using ::testing::ContainsRegex;
-using ::testing::Eq;
-using ::testing::IsSupersetOf;
+using Config = FolderTest;
+using Info = FolderTest;
+using Preset = FolderTest;
+using Simulate = FolderTest;
+
+using ::testing::ContainsRegex, ::testing::Eq, ::testing::IsSupersetOf;
 
 const std::vector<std::string> commands{"run",  "simulate", "evaluate", "export",      "info",
                                         "live", "view",     "config",   "nav2-params", "completion"};
@@ -156,14 +159,14 @@ TEST(Completion, OfFishDescribesOptions) {
               IsSupersetOf({"default", "robot", "paper"}));
 }
 
-TEST(Config, PageIsUpToDate) {
+TEST_F(Config, PageIsUpToDate) {
   const fs::path page{fs::path{STEREOGRID_SOURCE_DIR} / "docs" / "config.md"};
   EXPECT_EQ(run_well({"config", "--markdown"}).output, text_of(page))
       << "make it anew: stereogrid config --markdown > docs/config.md";
 }
 
 // docs/paper.md says of each parameter whether preset `paper` has it from the paper.
-TEST(Config, ThePapersPageNamesEveryParameter) {
+TEST_F(Config, ThePapersPageNamesEveryParameter) {
   const std::string page{text_of(fs::path{STEREOGRID_SOURCE_DIR} / "docs" / "paper.md")};
   const Json paper(Json::parse(run_well({"config", "--preset", "paper", "--json"}).output));
   ASSERT_GT(paper.size(), 5U);
@@ -173,13 +176,12 @@ TEST(Config, ThePapersPageNamesEveryParameter) {
   }
 }
 
-TEST(Config, ShowsAPreset) {
+TEST_F(Config, ShowsAPreset) {
   const Json json(Json::parse(run_well({"config", "--preset", "paper", "--json"}).output));
   EXPECT_EQ(json["filter"]["model"], "tay2008");
 }
 
-TEST(Config, TakesAFileAndThenSettings) {
-  const TemporaryFolder folder;
+TEST_F(Config, TakesAFileAndThenSettings) {
   const std::string file{folder / "mine.yaml"};
   std::ofstream{file} << "grid: {length_m: 35, width_m: 25}\n";
   const Json json(Json::parse(
@@ -190,8 +192,7 @@ TEST(Config, TakesAFileAndThenSettings) {
   EXPECT_EQ(json["tracking"]["confirm_frames"], 5);
 }
 
-TEST(Config, PrintsAFileThatItReads) {
-  const TemporaryFolder folder;
+TEST_F(Config, PrintsAFileThatItReads) {
   const std::string file{folder / "robot.yaml"};
   const std::string yaml{run_well({"config", "--preset", "robot", "--set", "grid.width_m=7", "--yaml"}).output};
   EXPECT_THAT(yaml, HasSubstr("width_m: 7"));
@@ -200,8 +201,7 @@ TEST(Config, PrintsAFileThatItReads) {
             run_well({"config", "--preset", "robot", "--set", "grid.width_m=7", "--json"}).output);
 }
 
-TEST(Simulate, WritesADriveThatRunReadsLikeTheScene) {
-  const TemporaryFolder folder;
+TEST_F(Simulate, WritesADriveThatRunReadsLikeTheScene) {
   const std::string scene{small_scene("street", "&frames=3")};
   run_well({"simulate", scene, "--out", folder / "drive"});
   EXPECT_THAT(files_in(folder / "drive"), ElementsAre("calibration.yaml", "left", "poses.csv", "right", "truth"));
@@ -219,16 +219,14 @@ TEST(Simulate, WritesADriveThatRunReadsLikeTheScene) {
   }
 }
 
-TEST(Simulate, ObeysItsOptions) {
-  const TemporaryFolder folder;
+TEST_F(Simulate, ObeysItsOptions) {
   run_well({"simulate", "empty", "--out", folder / "drive", "--frames", "2", "--seed", "7", "--width", "96", "--height",
             "64", "--no-truth"});
   EXPECT_THAT(files_in(folder / "drive"), ElementsAre("calibration.yaml", "left", "poses.csv", "right"));
   EXPECT_EQ(files_in(folder / "drive" / "right").size(), 2U);
 }
 
-TEST(Info, ReportsWhatIsThere) {
-  const TemporaryFolder folder;
+TEST_F(Info, ReportsWhatIsThere) {
   run_well({"simulate", small_scene("street", "&frames=3"), "--out", folder / "drive"});
   const std::string said{run_well({"info", folder / "drive"}).output};
   for (const char* part : {"plain folder", "3, 000000 to 000002", "160 × 100 px", "calibration.yaml", "poses.csv",
@@ -237,7 +235,7 @@ TEST(Info, ReportsWhatIsThere) {
   }
 }
 
-TEST(Info, SaysWhichStepsAreVisibleAndProposesThePresetOfALowCamera) {
+TEST_F(Info, SaysWhichStepsAreVisibleAndProposesThePresetOfALowCamera) {
   const std::string scene{"scene:terrain?kind=flat&camera=robot&frames=2"};
   const std::string low{run_well({"info", scene}).output};
   EXPECT_THAT(low, HasSubstr("0.15/0.15 m at 4 m, 0.21/0.20 m at 6 m"));
@@ -248,8 +246,7 @@ TEST(Info, SaysWhichStepsAreVisibleAndProposesThePresetOfALowCamera) {
 }
 
 // The preset that `info` proposes is the one that "auto" takes, in all commands and in the same words.
-TEST(Preset, AutoIsThatOfTheCamerasHeightGivenOrEstimated) {
-  const TemporaryFolder folder;
+TEST_F(Preset, AutoIsThatOfTheCamerasHeightGivenOrEstimated) {
   const std::string scene{"scene:corridor?camera=robot&frames=4&width=320&height=200"};
   const std::string stated{"camera 0.35 m above the ground (calibration)"};
   EXPECT_THAT(run_well({"info", scene}).output, HasSubstr("--preset robot is made for a camera 0.35 m above"));
@@ -268,15 +265,13 @@ TEST(Preset, AutoIsThatOfTheCamerasHeightGivenOrEstimated) {
   EXPECT_THAT(info, ContainsRegex("preset +robot: camera 0\\.[34][0-9] m above the ground \\(estimated\\)"));
 }
 
-TEST(Preset, AutoIsTheDefaultOfAHighCamera) {
-  const TemporaryFolder folder;
+TEST_F(Preset, AutoIsTheDefaultOfAHighCamera) {
   const Outcome run{run_tool({"run", small_scene("street", "&frames=1"), "--out", folder / "run", "--preset=auto"})};
   EXPECT_THAT(run.errors, HasSubstr("preset default: camera 1.25 m above the ground (calibration)"));
   EXPECT_EQ(json_of(folder / "run" / "run.json").at("preset"), "default");
 }
 
-TEST(Info, RejectsADamagedFrameAndStaysUsable) {
-  const TemporaryFolder folder;
+TEST_F(Info, RejectsADamagedFrameAndStaysUsable) {
   run_well({"simulate", small_scene("street", "&frames=3"), "--out", folder / "drive"});
   fs::resize_file(folder / "drive" / "left" / "000001.png", 100);
   const std::string said{run_well({"info", folder / "drive"}).output};

@@ -15,6 +15,8 @@
 namespace stereogrid::app::testing {
 namespace {
 
+using Live = FolderTest;
+
 using namespace std::chrono_literals;
 
 /// A socket of 127.0.0.1 at `port`, or any; -1: not to be had.
@@ -79,8 +81,7 @@ fs::path small_calibration(const TemporaryFolder& folder) {
   return file;
 }
 
-TEST(Live, PlaysARecordingAndEndsWithIt) {
-  const TemporaryFolder folder;
+TEST_F(Live, PlaysARecordingAndEndsWithIt) {
   const Outcome done{run_well({"live", small_scene("street", "&frames=8"), "--listen", ":0", "--mcap",
                                folder / "live.mcap", "--mcap-topics", "occupancy_grid,status"})};
   EXPECT_THAT(done.output, HasSubstr("open http://127.0.0.1:"));
@@ -92,8 +93,7 @@ TEST(Live, PlaysARecordingAndEndsWithIt) {
 }
 
 // As systemd does for a service of Type=notify with a watchdog.
-TEST(Live, NotifiesAServiceManagerThatItIsAlive) {
-  const TemporaryFolder folder;
+TEST_F(Live, NotifiesAServiceManagerThatItIsAlive) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   const std::string path{folder / "notify"};
@@ -138,11 +138,10 @@ std::string shared_camera(const TemporaryFolder& folder, const std::string& side
 }
 
 /// The pipelines that docs/live.md names.
-TEST(Live, ShowsAnotherProgramsCamerasAndSaysWhenTheyGo) {
+TEST_F(Live, ShowsAnotherProgramsCamerasAndSaysWhenTheyGo) {
   if (shell("gst-inspect-1.0 --exists shmsink 2>/dev/null") != 0) {
     GTEST_SKIP() << "needs Debian's gstreamer1.0-tools and gstreamer1.0-plugins-bad";
   }
-  const TemporaryFolder folder;
   const fs::path drive{folder / "drive"};
   run_well({"simulate", small_scene("street", "&frames=6"), "--out", drive});
   const std::uint16_t port{free_port()};
@@ -164,7 +163,7 @@ TEST(Live, ShowsAnotherProgramsCamerasAndSaysWhenTheyGo) {
   EXPECT_EQ(live.wait(), 0);
 }
 
-TEST(Live, ServesThePageAndMetrics) {
+TEST_F(Live, ServesThePageAndMetrics) {
   const std::uint16_t port{free_port()};
   Process live{{"live", small_scene("street", "&frames=8"), "--loop", "--listen", at(port)}};
   ASSERT_TRUE(becomes([&] { return get(port, "/healthz").find("200 OK") != std::string::npos; }));
@@ -175,8 +174,7 @@ TEST(Live, ServesThePageAndMetrics) {
   EXPECT_EQ(live.wait(), 0);
 }
 
-TEST(Live, ShowsARun) {
-  const TemporaryFolder folder;
+TEST_F(Live, ShowsARun) {
   const std::uint16_t port{free_port()};
   Process run{{"run", small_scene("street", "&frames=1000"), "--out", folder / "run", "--view", "--listen", at(port)}};
   EXPECT_TRUE(becomes([&] { return get(port, "/healthz").find("200 OK") != std::string::npos; }));
@@ -185,8 +183,7 @@ TEST(Live, ShowsARun) {
   EXPECT_EQ(run.wait(), 130);
 }
 
-TEST(Live, RefusesWhatCannotBe) {
-  const TemporaryFolder folder;
+TEST_F(Live, RefusesWhatCannotBe) {
   const std::string calibration{small_calibration(folder).string()};
   const auto expect_error = [](std::vector<std::string> words, int code, const std::string& part) {
     words.insert(words.begin(), "live");
@@ -204,13 +201,12 @@ TEST(Live, RefusesWhatCannotBe) {
   expect_error({small_scene("street", ""), "--speed", "0"}, 64, "--speed");
 }
 
-TEST(Live, ListensOnlyWhereSomethingIsShown) {
+TEST_F(Live, ListensOnlyWhereSomethingIsShown) {
   EXPECT_THAT(errors_of(64, {"run", small_scene("street", "&frames=1"), "--out", "nowhere", "--listen", ":0"}),
               HasSubstr("--view"));
 }
 
-TEST(Live, CountsAFrameThatCannotBeReadOnce) {
-  const TemporaryFolder folder;
+TEST_F(Live, CountsAFrameThatCannotBeReadOnce) {
   run_well({"simulate", small_scene("street", "&frames=6"), "--out", folder / "drive"});
   std::ofstream{folder / "drive/left/000002.png"} << "damaged";
   const Outcome done{run_well({"live", folder / "drive", "--listen", ":0"})};

@@ -9,6 +9,9 @@
 namespace stereogrid::app::testing {
 namespace {
 
+using Options = FolderTest;
+using Signals = FolderTest;
+
 struct Refused {
   std::vector<std::string> words;
   std::string said;
@@ -22,8 +25,7 @@ void expect_refused(const Refused& refused, int exit_code) {
   EXPECT_THAT(outcome.errors, HasSubstr(refused.said)) << line;
 }
 
-TEST(Options, FramesOutOfRangeAreRefused) {
-  const TemporaryFolder folder;
+TEST_F(Options, FramesOutOfRangeAreRefused) {
   const std::string out{folder / "run"};
   const std::string scene{small_scene("empty", "&frames=4")};
   const auto run = [&](const std::string& frames) {
@@ -40,8 +42,7 @@ TEST(Options, FramesOutOfRangeAreRefused) {
   EXPECT_EQ(lines_of(out).size(), 2U);
 }
 
-TEST(Options, SimulateRefusesWhatIsNoNumberOfFramesAndNoSeed) {
-  const TemporaryFolder folder;
+TEST_F(Options, SimulateRefusesWhatIsNoNumberOfFramesAndNoSeed) {
   const std::string out{folder / "drive"};
   const auto simulate = [&](const char* option, const char* value) {
     return std::vector<std::string>{"simulate", "empty",    "--out", out,    "--width",
@@ -64,8 +65,7 @@ TEST(Options, SimulateRefusesWhatIsNoNumberOfFramesAndNoSeed) {
   EXPECT_FALSE(fs::exists(out));
 }
 
-TEST(Options, NumbersThatAreNoneAreRefused) {
-  const TemporaryFolder folder;
+TEST_F(Options, NumbersThatAreNoneAreRefused) {
   const std::string out{folder / "never"};
   for (const char* number : {"nan", "5.1", "1.6m"}) {
     const std::string said{std::string{"--camera-height: "} + number + " is not a number from 0.3 to 5"};
@@ -78,8 +78,7 @@ TEST(Options, NumbersThatAreNoneAreRefused) {
 }
 
 // Each value is within its range.
-TEST(Options, AGridOfNoCellsIsRefused) {
-  const TemporaryFolder folder;
+TEST_F(Options, AGridOfNoCellsIsRefused) {
   const std::string out{folder / "never"};
   const std::string scene{small_scene("empty", "&frames=1")};
   const std::string said{"grid.length_m is 1, grid.cell_size_m is 5: no cell along that side"};
@@ -95,8 +94,7 @@ TEST(Options, AGridOfNoCellsIsRefused) {
   EXPECT_FALSE(fs::exists(fs::path{out} / "run.json"));
 }
 
-TEST(Options, PicturesOfAWideGridAreNoWiderThanOthers) {
-  const TemporaryFolder folder;
+TEST_F(Options, PicturesOfAWideGridAreNoWiderThanOthers) {
   const fs::path out{folder / "run"};
   run_well({"run", small_scene("empty", "&frames=1"), "--out", out, "--pictures", "--set", "grid.length_m=1", "--set",
             "grid.width_m=500", "--set", "grid.cell_size_m=1"});
@@ -105,8 +103,7 @@ TEST(Options, PicturesOfAWideGridAreNoWiderThanOthers) {
   EXPECT_LT(read.width(), 4000);
 }
 
-TEST(Options, EmptyValuesAreRefused) {
-  const TemporaryFolder folder;
+TEST_F(Options, EmptyValuesAreRefused) {
   const std::string out{folder / "never"};
   const std::string said{"is empty"};
   for (const char* option : {"--config", "--video", "--calibration", "--poses", "--disparities", "--frames"}) {
@@ -121,8 +118,7 @@ TEST(Options, EmptyValuesAreRefused) {
   EXPECT_FALSE(fs::exists(out));
 }
 
-TEST(Options, AFileWhereTheResultsShouldGoStaysAsItIs) {
-  const TemporaryFolder folder;
+TEST_F(Options, AFileWhereTheResultsShouldGoStaysAsItIs) {
   const fs::path file{folder / "a_file"};
   std::ofstream{file} << "text";
   for (const char* command : {"run", "simulate"}) {
@@ -132,7 +128,7 @@ TEST(Options, AFileWhereTheResultsShouldGoStaysAsItIs) {
   EXPECT_EQ(text_of(file), "text");
 }
 
-TEST(Options, OfScenesAreChecked) {
+TEST_F(Options, OfScenesAreChecked) {
   const Refused refusals[]{{{"info", "scene:empty?frames=0"}, "frames is a whole number from 1 to 1000000"},
                            {{"info", "scene:empty?seed=-1"}, "seed is a whole number"},
                            {{"info", "scene:empty?width=0"}, "width is a whole number from 16 to 8192"},
@@ -143,7 +139,7 @@ TEST(Options, OfScenesAreChecked) {
   for (const Refused& refused : refusals) expect_refused(refused, 65);
 }
 
-TEST(Options, HelpListsEveryExitCode) {
+TEST_F(Options, HelpListsEveryExitCode) {
   const std::string help{run_well({"--help"}).output};
   for (const char* code : {"0 ", "64 ", "65 ", "70 ", "75 ", "129", "130", "141", "143"}) {
     EXPECT_THAT(help.substr(help.find("Exit codes")), HasSubstr(code));
@@ -154,8 +150,7 @@ std::vector<std::string> long_run(const fs::path& out, const std::string& frames
   return {"run", small_scene("street", "&frames=400"), "--out", out, "--resume", "--frames", frames};
 }
 
-TEST(Signals, LeaveWholeFramesAndARunThatGoesOn) {
-  const TemporaryFolder folder;
+TEST_F(Signals, LeaveWholeFramesAndARunThatGoesOn) {
   for (const int signal : {SIGHUP, SIGINT, SIGTERM}) {
     const fs::path out{folder / std::to_string(signal)};
     Process process{long_run(out)};
@@ -172,8 +167,7 @@ TEST(Signals, LeaveWholeFramesAndARunThatGoesOn) {
   }
 }
 
-TEST(Signals, AHangupThatNohupIgnoresStopsNothing) {
-  const TemporaryFolder folder;
+TEST_F(Signals, AHangupThatNohupIgnoresStopsNothing) {
   const fs::path out{folder / "run"};
   Process process{long_run(out, ":9"), SIGHUP};
   wait_for_frames(out, 1);

@@ -17,8 +17,7 @@ namespace {
 using namespace std::chrono_literals;
 using messages::geometry_msgs::TransformStamped;
 using rosbag::TransformBuffer;
-using ::testing::HasSubstr;
-using ::testing::ThrowsMessage;
+using ::testing::HasSubstr, ::testing::ThrowsMessage;
 
 constexpr std::int64_t ms{1'000'000};
 

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include <filesystem>
 #include <functional>
 
 #include "../temporary_folder.hpp"
@@ -144,16 +143,14 @@ TEST(StoredFrames, OfCompactRunsHaveAWorldGridSampledFromTheVehicles) {
   const FrameResult read{stored_result(stored, stored.frames()[1])};
   std::size_t compared{0};
   const GridGeometry& vehicle{read.vehicle.geometry};
-  for (int iy{0}; iy < vehicle.ny; ++iy) {
-    for (int ix{0}; ix < vehicle.nx; ++ix) {
-      const auto cell{read.world.geometry.cell_at(read.world_from_vehicle * vehicle.centre(ix, iy))};
-      ASSERT_TRUE(cell);
-      const Point2 there{inverse(read.world_from_vehicle) * read.world.geometry.centre(cell->ix, cell->iy)};
-      const auto back{vehicle.cell_at(there)};
-      if (!back) continue;
-      EXPECT_EQ(read.world.occupancy(cell->ix, cell->iy), read.vehicle.occupancy(back->ix, back->iy));
-      compared += read.vehicle.occupancy(back->ix, back->iy) > 0.6F ? 1 : 0;
-    }
+  for (const auto [ix, iy] : raster(vehicle.nx, vehicle.ny)) {
+    const auto cell{read.world.geometry.cell_at(read.world_from_vehicle * vehicle.centre(ix, iy))};
+    ASSERT_TRUE(cell);
+    const Point2 there{inverse(read.world_from_vehicle) * read.world.geometry.centre(cell->ix, cell->iy)};
+    const auto back{vehicle.cell_at(there)};
+    if (!back) continue;
+    EXPECT_EQ(read.world.occupancy(cell->ix, cell->iy), read.vehicle.occupancy(back->ix, back->iy));
+    compared += read.vehicle.occupancy(back->ix, back->iy) > 0.6F ? 1 : 0;
   }
   EXPECT_GT(compared, 10U);
   for (const float observed : read.observed) EXPECT_EQ(observed, 0.5F);

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereogrid/capture/camera_pair.hpp"
-
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/rectifier.hpp"
 #include "support.hpp"
@@ -8,10 +6,7 @@
 namespace stereogrid::capture::testing {
 namespace {
 
-using ::testing::AllOf;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::ThrowsMessage;
+using ::testing::AllOf, ::testing::HasSubstr, ::testing::IsEmpty, ::testing::ThrowsMessage;
 
 constexpr const char* left_alone{"left image without a right one"};
 constexpr const char* right_alone{"right image without a left one"};
@@ -109,9 +104,8 @@ TEST(CameraPair, SplitsImagesSideBySide) {
   constexpr int channels{3};
   constexpr int row_bytes{2 * width_px * channels + 5};  // rows of a camera may end in a gap
   std::vector<std::uint8_t> bytes(std::size_t{row_bytes} * height_px, 7);
-  for (int v{0}; v < height_px; ++v) {
-    for (int u{0}; u < 2 * width_px * channels; ++u) bytes[v * row_bytes + u] = u < width_px * channels ? 100 : 200;
-  }
+  for (const auto [u, v] : raster(2 * width_px * channels, height_px))
+    bytes[v * row_bytes + u] = u < width_px * channels ? 100 : 200;
   pair.add_side_by_side({bytes.data(), 2 * width_px, height_px, row_bytes, PixelFormat::bgr8}, Clock::now());
   const auto frame{pair.next(0ms)};
   ASSERT_TRUE(frame);
@@ -159,9 +153,7 @@ TEST(CameraPair, RectifiesWhatIsRaw) {
   calibration.raw = io::RawPair{camera, camera, {1, 0, 0, 0, 1, 0, 0, 0, 1}, {-0.1, 0, 0}};
   CameraPair pair{calibration};
   Image<std::uint8_t> image{plain(0)};
-  for (int v{0}; v < height_px; ++v) {
-    for (int u{0}; u < width_px; ++u) image(u, v) = static_cast<std::uint8_t>(8 * u);
-  }
+  for (const auto [u, v] : raster(width_px, height_px)) image(u, v) = static_cast<std::uint8_t>(8 * u);
   pair.add(view(image), view(image), Clock::now());
   const auto frame{pair.next(0ms)};
   ASSERT_TRUE(frame);

@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereogrid/capture/camera_pair.hpp"
-
 #include "stereogrid/error.hpp"
 #include "support.hpp"
 
 namespace stereogrid::capture::testing {
 namespace {
 
-using ::testing::HasSubstr;
-using ::testing::ThrowsMessage;
+using ::testing::HasSubstr, ::testing::ThrowsMessage;
 
 constexpr const char* size{"video/x-raw,width=32,height=16,framerate=30/1"};
 

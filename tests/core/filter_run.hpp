@@ -52,27 +52,21 @@ class FilterRun {
 inline Image<float> masses_of(const FilterState& state, std::size_t k) {
   const int cells{state.occupancy.width()};
   Image<float> masses{cells, cells};
-  for (int y{0}; y < cells; ++y) {
-    for (int x{0}; x < cells; ++x) masses(x, y) = mass_of(state, k, x, y);
-  }
+  for (const auto [x, y] : raster(cells, cells)) masses(x, y) = mass_of(state, k, x, y);
   return masses;
 }
 
 /// A free world of square `cells` with an object of nx × ny cells from (x, y).
 inline Image<float> scene(int cells, int x, int y, int nx, int ny, float object = 0.98f, float free = 0.02f) {
   Image<float> observed{cells, cells, free};
-  for (int iy{y}; iy < y + ny; ++iy) {
-    for (int ix{x}; ix < x + nx; ++ix) observed(ix, iy) = object;
-  }
+  for (const auto [ix, iy] : raster(x, x + nx, y, y + ny)) observed(ix, iy) = object;
   return observed;
 }
 
 /// Mean of a layer over nx × ny cells from (x, y).
 inline double mean_over(const Image<float>& layer, int x, int y, int nx, int ny) {
   double sum{0};
-  for (int iy{y}; iy < y + ny; ++iy) {
-    for (int ix{x}; ix < x + nx; ++ix) sum += layer(ix, iy);
-  }
+  for (const auto [ix, iy] : raster(x, x + nx, y, y + ny)) sum += layer(ix, iy);
   return sum / (nx * ny);
 }
 

@@ -3,7 +3,6 @@
 
 #include "backend/cpu.hpp"
 #include "images/levelling.hpp"
-#include "stereogrid/pipeline.hpp"
 #include "support.hpp"
 
 namespace stereogrid::test {

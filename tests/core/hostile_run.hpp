@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "stereogrid/pipeline.hpp"
 #include "support.hpp"
 
 namespace stereogrid::test {

@@ -4,7 +4,6 @@
 #include "backend/cpu.hpp"
 #include "backend/reference.hpp"
 #include "matching/matching.hpp"
-#include "stereogrid/pipeline.hpp"
 #include "support.hpp"
 #include "targets.hpp"
 
@@ -76,16 +75,14 @@ struct MatchRun {
 
   // Members that find_candidates need not set.
   void clear_unspecified(const RoadPlane& plane, const MatchingConfig& config) {
-    for (int v{0}; v < upright.height(); ++v) {
-      for (int u{0}; u < upright.width(); ++u) {
-        Candidate& obstacle{upright(u, v)};
-        Candidate& road{level(u, v)};
-        const bool is_cheaper{road.cost < obstacle.cost};
-        if (!is_cheaper) road = {road.cost, 0, 0, 0, 0};
-        const bool is_road{is_cheaper && road_row(plane, v).at(u) > 65535};
-        if (is_road || obstacle.cost > confidence_model(config).cost_limit) {
-          obstacle = {obstacle.cost, 0, 0, 0, obstacle.shift};
-        }
+    for (const auto [u, v] : raster(upright)) {
+      Candidate& obstacle{upright(u, v)};
+      Candidate& road{level(u, v)};
+      const bool is_cheaper{road.cost < obstacle.cost};
+      if (!is_cheaper) road = {road.cost, 0, 0, 0, 0};
+      const bool is_road{is_cheaper && road_row(plane, v).at(u) > 65535};
+      if (is_road || obstacle.cost > confidence_model(config).cost_limit) {
+        obstacle = {obstacle.cost, 0, 0, 0, obstacle.shift};
       }
     }
   }
@@ -116,9 +113,8 @@ inline Pair textured_pair(Size size, std::mt19937& generator) {
   const auto shift = [&](int u) { return u < size.width / 2 ? 3 : 8; };
   Pair pair{textured_image(texture, size.width, size.height, [](int u, int) { return u; }),
             textured_image(texture, size.width, size.height, [&](int u, int) { return u + shift(u); })};
-  for (int v{size.height / 2}; v < size.height; ++v) {
-    for (int u{0}; u < size.width / 3; ++u) pair.left(u, v) = pair.right(u, v) = 90;
-  }
+  for (const auto [u, v] : raster(0, size.width / 3, size.height / 2, size.height))
+    pair.left(u, v) = pair.right(u, v) = 90;
   return pair;
 }
 

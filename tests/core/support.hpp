@@ -35,9 +35,8 @@ class Texture {
 template <class ColumnOf>
 Image<std::uint8_t> textured_image(const Texture& texture, int width, int height, const ColumnOf& column_of) {
   Image<std::uint8_t> image{width, height};
-  for (int v{0}; v < height; ++v) {
-    for (int u{0}; u < width; ++u) image(u, v) = static_cast<std::uint8_t>(texture.at(column_of(u, v), v) + 0.5);
-  }
+  for (const auto [u, v] : raster(width, height))
+    image(u, v) = static_cast<std::uint8_t>(texture.at(column_of(u, v), v) + 0.5);
   return image;
 }
 
@@ -122,13 +121,11 @@ struct Bonnet {
   void paint(StereoFrame& frame) const {
     const Texture texture{91};
     const int width{frame.left.width()};
-    for (int v{top_row}; v < frame.left.height(); ++v) {
-      for (int u{0}; u < width; ++u) {
-        if (covers(u, v, width)) frame.left(u, v) = static_cast<std::uint8_t>(texture.at(u, v));
-        const double in_left{u + disparity};
-        if (covers(static_cast<int>(std::lround(in_left)), v, width)) {
-          frame.right(u, v) = static_cast<std::uint8_t>(texture.at(in_left, v));
-        }
+    for (const auto [u, v] : raster(0, width, top_row, frame.left.height())) {
+      if (covers(u, v, width)) frame.left(u, v) = static_cast<std::uint8_t>(texture.at(u, v));
+      const double in_left{u + disparity};
+      if (covers(static_cast<int>(std::lround(in_left)), v, width)) {
+        frame.right(u, v) = static_cast<std::uint8_t>(texture.at(in_left, v));
       }
     }
   }
@@ -136,9 +133,7 @@ struct Bonnet {
   /// PipelineOptions::mask, which leaves a margin.
   [[nodiscard]] Image<std::uint8_t> mask(int width, int height, int margin_px) const {
     Image<std::uint8_t> mask{width, height, 255};
-    for (int v{0}; v < height; ++v) {
-      for (int u{0}; u < width; ++u) mask(u, v) = covers(u, v + margin_px, width) ? 0 : 255;
-    }
+    for (const auto [u, v] : raster(width, height)) mask(u, v) = covers(u, v + margin_px, width) ? 0 : 255;
     return mask;
   }
 };

@@ -50,11 +50,9 @@ inline void add_errors(float sigma_px, std::uint32_t seed, Image<float>& dispari
     Image<float> white{disparity.width() + 4, disparity.height() + 4};
     for (float& one : white) one = normal() / 5;
     Image<float> sums{disparity.width(), disparity.height()};
-    for (int v{0}; v < sums.height(); ++v) {
-      for (int u{0}; u < sums.width(); ++u) {
-        for (int j{0}; j < 5; ++j) {
-          for (int i{0}; i < 5; ++i) sums(u, v) += white(u + i, v + j);
-        }
+    for (const auto [u, v] : raster(sums)) {
+      for (int j{0}; j < 5; ++j) {
+        for (int i{0}; i < 5; ++i) sums(u, v) += white(u + i, v + j);
       }
     }
     return sums;

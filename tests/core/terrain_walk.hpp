@@ -2,8 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
-#include <cstdint>
 #include <limits>
 #include <utility>
 
@@ -100,11 +98,9 @@ struct Share {
 /// Calls visit(ix, iy, place) for the cells in view between two ranges.
 template <class Visit>
 void for_cells(const Vehicle& vehicle, double from_m, double to_m, const Visit& visit) {
-  for (int iy{0}; iy < vehicle.grid.ny; ++iy) {
-    for (int ix{0}; ix < vehicle.grid.nx; ++ix) {
-      const Point2 place{vehicle.grid.centre(ix, iy)};
-      if (place.x >= from_m && place.x < to_m && std::abs(place.y) < 0.6 * place.x) visit(ix, iy, place);
-    }
+  for (const auto [ix, iy] : raster(vehicle.grid.nx, vehicle.grid.ny)) {
+    const Point2 place{vehicle.grid.centre(ix, iy)};
+    if (place.x >= from_m && place.x < to_m && std::abs(place.y) < 0.6 * place.x) visit(ix, iy, place);
   }
 }
 

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
-#include <vector>
 
 #include "stereogrid/io/file.hpp"
 #include "support.hpp"

@@ -5,9 +5,6 @@
 #include <cstdint>
 #include <functional>
 #include <span>
-#include <stdexcept>
-#include <string>
-#include <string_view>
 #include <vector>
 
 #include "../temporary_folder.hpp"

@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Recordings that give disparities instead of right images.
-#include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "support.hpp"
 
 namespace stereogrid::io::testing {
 namespace {
 
-using ::testing::Contains;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
+using ::testing::Contains, ::testing::ElementsAre, ::testing::HasSubstr;
 
 class GivenRecording : public ::testing::Test {
  protected:

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <array>
-#include <cstdint>
 #include <cstring>
 #include <functional>
 #include <opencv2/core.hpp>
@@ -9,7 +8,6 @@
 #include "stereogrid/io/calibration.hpp"
 #include "stereogrid/io/config_file.hpp"
 #include "stereogrid/io/file.hpp"
-#include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/npz.hpp"
 #include "stereogrid/io/poses.hpp"
 #include "stereogrid/io/recording.hpp"

@@ -22,9 +22,8 @@ Image<std::uint8_t> flat(int width, int height, int grey) {
 /// Left half 50, right half 150; or upper and lower.
 Image<std::uint8_t> both(bool is_beside) {
   Image<std::uint8_t> image{flat(is_beside ? 2 * width_px : width_px, is_beside ? height_px : 2 * height_px, 50)};
-  for (int v{is_beside ? 0 : height_px}; v < image.height(); ++v) {
-    for (int u{is_beside ? width_px : 0}; u < image.width(); ++u) image.row(v)[u] = 150;
-  }
+  for (const auto [u, v] : raster(is_beside ? width_px : 0, image.width(), is_beside ? 0 : height_px, image.height()))
+    image.row(v)[u] = 150;
   return image;
 }
 

@@ -45,14 +45,12 @@ class Wall {
 /// As cv::fisheye with coefficients near 0 images the wall (r = f θ), or a pinhole (r = f tan θ).
 Image<std::uint8_t> image_of(const Wall& wall, double camera_x_m, bool is_fisheye) {
   Image<std::uint8_t> image{width_px, height_px};
-  for (int v{0}; v < height_px; ++v) {
-    for (int u{0}; u < width_px; ++u) {
-      const double x{(u - cx_px) / focal_px};
-      const double y{(v - cy_px) / focal_px};
-      const double r{std::hypot(x, y)};
-      const double scale{is_fisheye && r > 0 ? std::tan(r) / r : 1};
-      image(u, v) = static_cast<std::uint8_t>(std::lround(wall.at(camera_x_m + scale * x, scale * y)));
-    }
+  for (const auto [u, v] : raster(width_px, height_px)) {
+    const double x{(u - cx_px) / focal_px};
+    const double y{(v - cy_px) / focal_px};
+    const double r{std::hypot(x, y)};
+    const double scale{is_fisheye && r > 0 ? std::tan(r) / r : 1};
+    image(u, v) = static_cast<std::uint8_t>(std::lround(wall.at(camera_x_m + scale * x, scale * y)));
   }
   return image;
 }

@@ -3,11 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
-#include <vector>
 
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/scenes/scene.hpp"
@@ -16,8 +14,7 @@
 namespace stereogrid::io::testing {
 namespace {
 
-using ::testing::HasSubstr;
-using ::testing::Optional;
+using ::testing::HasSubstr, ::testing::Optional;
 
 std::vector<StereoFrame> render(const std::string& scene) {
   const scenes::Scene source{scenes::parse_scene(scene)};
@@ -158,15 +155,13 @@ TEST(Odometry, TakesNoCornersFromWhatIsMasked) {
   std::vector<StereoFrame> frames{drive()};
   Image<std::uint8_t> mask{384, 240, 255};
   cv::RNG random{3};
-  for (int v{60}; v < 240; ++v) {
-    for (int u{0}; u < 384; ++u) {
-      if (u > 130 && u < 250) continue;
-      mask(u, v) = 0;
-      const auto grey{static_cast<std::uint8_t>(random.uniform(0, 2) * 200)};
-      for (StereoFrame& frame : frames) {
-        frame.left(u, v) = grey;
-        if (u >= 9) frame.right(u - 9, v) = grey;
-      }
+  for (const auto [u, v] : raster(0, 384, 60, 240)) {
+    if (u > 130 && u < 250) continue;
+    mask(u, v) = 0;
+    const auto grey{static_cast<std::uint8_t>(random.uniform(0, 2) * 200)};
+    for (StereoFrame& frame : frames) {
+      frame.left(u, v) = grey;
+      if (u >= 9) frame.right(u - 9, v) = grey;
     }
   }
   const Rig rig{rig_of(street)};

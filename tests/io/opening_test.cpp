@@ -12,11 +12,7 @@ namespace stereogrid::io::testing {
 namespace {
 
 using namespace std::string_literals;
-using ::testing::AllOf;
-using ::testing::Contains;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
+using ::testing::AllOf, ::testing::Contains, ::testing::ElementsAre, ::testing::HasSubstr, ::testing::IsEmpty;
 
 class Opening : public ::testing::Test {
  protected:

@@ -10,8 +10,7 @@
 namespace stereogrid::io::testing {
 namespace {
 
-using ::testing::Contains;
-using ::testing::HasSubstr;
+using ::testing::Contains, ::testing::HasSubstr;
 
 class RecordingTest : public ::testing::Test {
  protected:

@@ -11,8 +11,7 @@
 namespace stereogrid::io::testing {
 namespace {
 
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
+using ::testing::ElementsAre, ::testing::HasSubstr;
 
 constexpr GridGeometry grid{0, -1, 0.5, 3, 4};
 constexpr Rig given_rig{160, 100, 80, 79.5, 50, 0.5, 1.65, 0, 0};

@@ -4,7 +4,6 @@
 #include <zlib.h>
 
 #include <cstdlib>
-#include <fstream>
 #include <opencv2/imgproc.hpp>
 #include <random>
 
@@ -48,19 +47,16 @@ bool has_numpy() {
 StereoFrame textured_pair(int width, int height, int disparity_px, unsigned seed) {
   std::mt19937 random{seed};
   cv::Mat texture(height, width + disparity_px, CV_8UC1);
-  for (int v{0}; v < texture.rows; ++v) {
-    for (int u{0}; u < texture.cols; ++u) texture.at<uchar>(v, u) = static_cast<uchar>(random() >> 24);
-  }
+  for (const auto [u, v] : raster(texture.cols, texture.rows))
+    texture.at<uchar>(v, u) = static_cast<uchar>(random() >> 24);
   cv::GaussianBlur(texture, texture, {5, 5}, 1.2);
   StereoFrame frame;
   frame.name = "textured";
   frame.left = Image<std::uint8_t>{width, height};
   frame.right = Image<std::uint8_t>{width, height};
-  for (int v{0}; v < height; ++v) {
-    for (int u{0}; u < width; ++u) {
-      frame.left(u, v) = texture.at<uchar>(v, u);
-      frame.right(u, v) = texture.at<uchar>(v, u + disparity_px);
-    }
+  for (const auto [u, v] : raster(width, height)) {
+    frame.left(u, v) = texture.at<uchar>(v, u);
+    frame.right(u, v) = texture.at<uchar>(v, u + disparity_px);
   }
   return frame;
 }

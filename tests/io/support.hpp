@@ -5,11 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
-#include <filesystem>
 #include <initializer_list>
 #include <optional>
-#include <string>
-#include <string_view>
 #include <vector>
 
 #include "../temporary_folder.hpp"

@@ -5,8 +5,9 @@
 namespace stereogrid::mcap::testing {
 namespace {
 
-TEST(Bag, ReadsDb3InTimeWithTopicsAndCounts) {
-  const TemporaryFolder folder;
+using Bag = FolderTest;
+
+TEST_F(Bag, ReadsDb3InTimeWithTopicsAndCounts) {
   write_db3(folder / "a.db3", {{1, 30, "three"}, {2, 10, "one"}, {1, 20, ""}, {2, 30, "four"}});
   const auto bag{open_bag(folder / "a.db3")};
   ASSERT_EQ(bag->topics().size(), 2);
@@ -26,8 +27,7 @@ TEST(Bag, ReadsDb3InTimeWithTopicsAndCounts) {
   EXPECT_THAT(bag->damage(), IsEmpty());
 }
 
-TEST(Bag, ReadsDb3OfOtherVersionsOfRos) {
-  const TemporaryFolder folder;
+TEST_F(Bag, ReadsDb3OfOtherVersionsOfRos) {
   {
     const NewDatabase old{folder / "dashing.db3"};
     old.run(
@@ -49,16 +49,14 @@ TEST(Bag, ReadsDb3OfOtherVersionsOfRos) {
   EXPECT_EQ(bag->topics()[1].schema_encoding, "");
 }
 
-TEST(Bag, NamesOfFilesMayHaveAnyCharacter) {
-  const TemporaryFolder folder;
+TEST_F(Bag, NamesOfFilesMayHaveAnyCharacter) {
   const fs::path path{folder / "a%20b?mode=rw#ü\xff.db3"};
   write_db3(path, {{1, 30, "x"}});
   EXPECT_EQ(read_all(*open_bag(path)).size(), 1);
 }
 
 /// A journal beside the file belongs to it, and reading changes neither.
-TEST(Bag, ReadsWhatIsInTheJournalOnly) {
-  const TemporaryFolder folder;
+TEST_F(Bag, ReadsWhatIsInTheJournalOnly) {
   const NewDatabase open{folder / "a.db3"};
   open.run("PRAGMA journal_mode=WAL; PRAGMA wal_autocheckpoint=0;" + tables);
   open.add_message(1, 7, "in the journal");
@@ -69,8 +67,7 @@ TEST(Bag, ReadsWhatIsInTheJournalOnly) {
   EXPECT_EQ(io::read_file(folder / "copy" / "a.db3"), io::read_file(folder / "a.db3"));
 }
 
-TEST(Bag, LeavesNothingBesideAFile) {
-  const TemporaryFolder folder;
+TEST_F(Bag, LeavesNothingBesideAFile) {
   write_db3(folder / "a.db3", {{1, 30, "x"}});
   fs::permissions(folder.path(), fs::perms::owner_read | fs::perms::owner_exec);
   read_all(*open_bag(folder / "a.db3"));
@@ -78,8 +75,7 @@ TEST(Bag, LeavesNothingBesideAFile) {
   EXPECT_EQ(std::distance(fs::directory_iterator{folder.path()}, fs::directory_iterator{}), 1);
 }
 
-TEST(Bag, RejectsOtherDatabases) {
-  const TemporaryFolder folder;
+TEST_F(Bag, RejectsOtherDatabases) {
   const auto expect_rejected = [&](const std::string& sql, std::string_view part) {
     fs::remove(folder / "a.db3");
     {
@@ -108,8 +104,7 @@ TEST(Bag, RejectsOtherDatabases) {
                   "has no column 'topic_id' in a table 'messages'");
 }
 
-TEST(Bag, ADamagedDb3IsRejected) {
-  const TemporaryFolder folder;
+TEST_F(Bag, ADamagedDb3IsRejected) {
   std::vector<std::tuple<int, std::int64_t, std::string>> messages;
   for (int i{0}; i < 50; ++i) messages.emplace_back(1 + i % 2, i, std::string(300, static_cast<char>(i)));
   write_db3(folder / "a.db3", messages);

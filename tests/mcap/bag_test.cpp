@@ -1,20 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereogrid/mcap/bag.hpp"
-
 #include <zstd.h>
 
 #include "bag/bags.hpp"
 #include "stereogrid/io/file.hpp"
-#include "stereogrid/mcap/reader.hpp"
 #include "support.hpp"
 
 namespace stereogrid::mcap::testing {
 namespace {
 
+using Bag = FolderTest;
+
 const std::string metadata_begin{"rosbag2_bagfile_information:\n  version: 5\n  storage_identifier: sqlite3\n"};
 
-TEST(Bag, ReadsAFolderOfParts) {
-  const TemporaryFolder folder;
+TEST_F(Bag, ReadsAFolderOfParts) {
   write_db3(folder / "bag" / "bag_0.db3", {{1, 1, "a"}, {2, 5, "c"}});
   write_db3(folder / "bag" / "bag_1.db3", {{1, 4, "b"}, {1, 9, "e"}});
   write_messages(folder / "bag" / "bag_2.mcap", {{"/c", 0, 7, 7, "d"}, {"/a", 0, 12, 12, "f"}});
@@ -39,8 +37,7 @@ std::string zstd(const std::string& text) {
   return packed;
 }
 
-TEST(Bag, UnpacksMessagesThatRosbag2HasCompressedOneByOne) {
-  const TemporaryFolder folder;
+TEST_F(Bag, UnpacksMessagesThatRosbag2HasCompressedOneByOne) {
   write_db3(folder / "bag_0.db3", {{1, 1, zstd("first")}, {1, 2, zstd(std::string(100'000, 'x'))}, {1, 3, zstd("")}});
   put(folder / "metadata.yaml",
       metadata_begin + "  compression_format: zstd\n  compression_mode: MESSAGE\n  relative_file_paths: [bag_0.db3]\n");
@@ -53,8 +50,7 @@ TEST(Bag, UnpacksMessagesThatRosbag2HasCompressedOneByOne) {
   EXPECT_THAT(read_all(*open_bag(folder.path())), IsEmpty());
 }
 
-TEST(Bag, AMessageThatCannotBeUnpackedIsSkipped) {
-  const TemporaryFolder folder;
+TEST_F(Bag, AMessageThatCannotBeUnpackedIsSkipped) {
   write_db3(folder / "bag_0.db3", {{1, 1, zstd("first")}, {1, 2, "no zstd"}, {1, 3, zstd("third")}});
   put(folder / "metadata.yaml",
       metadata_begin + "  compression_format: zstd\n  compression_mode: MESSAGE\n  relative_file_paths: [bag_0.db3]\n");
@@ -65,8 +61,7 @@ TEST(Bag, AMessageThatCannotBeUnpackedIsSkipped) {
   EXPECT_THAT(bag->damage(), ElementsAre(::testing::HasSubstr("The message of 2 ns is skipped")));
 }
 
-TEST(Bag, TensOfThousandsOfTopicsTakeNoLongerThanTheyMust) {
-  const TemporaryFolder folder;
+TEST_F(Bag, TensOfThousandsOfTopicsTakeNoLongerThanTheyMust) {
   const auto start{std::chrono::steady_clock::now()};
   const auto topics{[](int count) {
     return "WITH RECURSIVE c(x) AS (SELECT 3 UNION ALL SELECT x + 1 FROM c WHERE x < " + std::to_string(count) +
@@ -97,8 +92,7 @@ std::string chunk_of_schema(int id, std::size_t size) {
                        number(packed.size(), 8) + packed);
 }
 
-TEST(Bag, WhatAFileDeclaresIsBounded) {
-  const TemporaryFolder folder;
+TEST_F(Bag, WhatAFileDeclaresIsBounded) {
   constexpr std::size_t size{std::size_t{20} << 20};
   std::string bytes{magic + record(1, text("ros2") + text(""))};
   for (int id{1}; id <= 5; ++id) bytes += chunk_of_schema(id, size);
@@ -115,8 +109,7 @@ TEST(Bag, WhatAFileDeclaresIsBounded) {
               ::testing::Not(::testing::Contains(::testing::HasSubstr("declares"))));
 }
 
-TEST(Bag, CopiesOfASchemaAreBounded) {
-  const TemporaryFolder folder;
+TEST_F(Bag, CopiesOfASchemaAreBounded) {
   std::string bytes{magic + record(1, text("ros2") + text("")) +
                     record(3, number(1, 2) + text("a/msg/B") + text("ros2msg") + text(std::string(1 << 20, 'x')))};
   for (int i{1}; i < 300; ++i) {
@@ -128,8 +121,7 @@ TEST(Bag, CopiesOfASchemaAreBounded) {
                {"a.mcap", "more than 256 MiB of names and schemas"});
 }
 
-TEST(Bag, RejectsFolders) {
-  const TemporaryFolder folder;
+TEST_F(Bag, RejectsFolders) {
   expect_error([&] { read_all(*open_bag(folder.path())); }, {"holds no recording"});
   const auto expect_rejected = [&](const std::string& metadata, std::string_view part) {
     put(folder / "metadata.yaml", metadata);
@@ -151,8 +143,7 @@ TEST(Bag, RejectsFolders) {
   expect_rejected("- 1", "metadata.yaml");
 }
 
-TEST(Bag, DistinguishesFilesByWhatIsInThem) {
-  const TemporaryFolder folder;
+TEST_F(Bag, DistinguishesFilesByWhatIsInThem) {
   write_messages(folder / "a.bin", {{"/a", 0, 1, 1, "x"}});
   EXPECT_EQ(read_all(*open_bag(folder / "a.bin")).size(), 1);
   put(folder / "a.mcap", zstd("an MCAP file"));
@@ -166,8 +157,7 @@ TEST(Bag, DistinguishesFilesByWhatIsInThem) {
   expect_error([&] { read_all(*open_bag(folder / "a.txt")); }, {"is not a recording"});
 }
 
-TEST(Bag, ReadsFilesThatAreCompressedAsAWhole) {
-  const TemporaryFolder folder;
+TEST_F(Bag, ReadsFilesThatAreCompressedAsAWhole) {
   write_messages(folder / "a.mcap", {{"/a", 0, 1, 1, "first"}});
   write_messages(folder / "b.mcap", {{"/a", 0, 2, 2, "second"}});
   for (const char* const name : {"a.mcap", "b.mcap"}) {
@@ -186,8 +176,7 @@ TEST(Bag, ReadsFilesThatAreCompressedAsAWhole) {
   expect_error([&] { read_all(*open_bag(folder / "a.mcap.zstd")); }, {"a.mcap.zstd: is a truncated zstd file"});
 }
 
-TEST(Bag, APackedFileThatGrowsTooMuchIsRejected) {
-  const TemporaryFolder folder;
+TEST_F(Bag, APackedFileThatGrowsTooMuchIsRejected) {
   const std::string data(1'000'000, 'x');
   write_messages(folder / "a.mcap", {{"/a", 0, 1, 1, data}}, {.compression = Compression::none});
   const std::string recording{io::read_file(folder / "a.mcap")};
@@ -200,8 +189,7 @@ TEST(Bag, APackedFileThatGrowsTooMuchIsRejected) {
                {"a.mcap.zstd", "unpacks to more than 200 times its size"});
 }
 
-TEST(Bag, ReportsDamageInItsParts) {
-  const TemporaryFolder folder;
+TEST_F(Bag, ReportsDamageInItsParts) {
   write_messages(folder / "a.mcap", random_messages(1, 50));
   const std::string bytes{io::read_file(folder / "a.mcap")};
   put(folder / "a.mcap", bytes.substr(0, bytes.size() - 10));

@@ -9,6 +9,8 @@
 namespace stereogrid::mcap::testing {
 namespace {
 
+using Damage = FolderTest;
+
 using ::testing::HasSubstr;
 
 /// A small file of several chunks, and where its chunks end: how many messages are whole up to there.
@@ -45,8 +47,7 @@ std::size_t messages_in(const Small& small, std::size_t bytes) {
   return messages;
 }
 
-TEST(Damage, CutOffAtAnyByteAFileGivesEveryMessageOfEveryWholeChunk) {
-  const TemporaryFolder folder;
+TEST_F(Damage, CutOffAtAnyByteAFileGivesEveryMessageOfEveryWholeChunk) {
   for (const Compression compression : {Compression::none, Compression::lz4, Compression::zstd}) {
     const Small small{small_file(folder, compression)};
     for (std::size_t bytes{magic.size()}; bytes < small.bytes.size(); ++bytes) {
@@ -63,8 +64,7 @@ TEST(Damage, CutOffAtAnyByteAFileGivesEveryMessageOfEveryWholeChunk) {
   }
 }
 
-TEST(Damage, SaysHowFarItGotAndWhatIsLost) {
-  const TemporaryFolder folder;
+TEST_F(Damage, SaysHowFarItGotAndWhatIsLost) {
   const Small small{small_file(folder, Compression::none)};
   put(folder / "cut.mcap", small.bytes.substr(0, small.whole[2].first - 1));
   const auto damage{stream_all(folder / "cut.mcap").second};
@@ -75,8 +75,7 @@ TEST(Damage, SaysHowFarItGotAndWhatIsLost) {
 }
 
 /// Every message that comes must be one that was written, as checksums cover them all.
-TEST(Damage, AnyFlippedBitIsReportedAndGivesNoWrongMessage) {
-  const TemporaryFolder folder;
+TEST_F(Damage, AnyFlippedBitIsReportedAndGivesNoWrongMessage) {
   for (const Compression compression : {Compression::none, Compression::lz4, Compression::zstd}) {
     const Small small{small_file(folder, compression)};
     for (std::size_t bit{0}; bit < small.bytes.size() * 8; ++bit) {
@@ -98,8 +97,7 @@ TEST(Damage, AnyFlippedBitIsReportedAndGivesNoWrongMessage) {
   }
 }
 
-TEST(Damage, ADamagedChunkInTheMiddleIsSkippedAndCounted) {
-  const TemporaryFolder folder;
+TEST_F(Damage, ADamagedChunkInTheMiddleIsSkippedAndCounted) {
   Small small{small_file(folder, Compression::none)};
   small.bytes[small.whole[1].first - 1] ^= 1;  // the last byte of the second chunk's data
   put(folder / "a.mcap", small.bytes);
@@ -121,8 +119,7 @@ TEST(Damage, ADamagedChunkInTheMiddleIsSkippedAndCounted) {
 }
 
 /// The index finds messages behind a place at which a stream must stop.
-TEST(Damage, TheIndexLeadsOverDamageThatStopsAStream) {
-  const TemporaryFolder folder;
+TEST_F(Damage, TheIndexLeadsOverDamageThatStopsAStream) {
   Small small{small_file(folder, Compression::zstd)};
   small.bytes[small.whole[0].first + 5] = '\x7f';  // the length of the first message index
   put(folder / "a.mcap", small.bytes);
@@ -137,8 +134,7 @@ std::string chunk_that_says(std::uint64_t size, std::string_view compression, st
                        number(packed.size(), 8) + std::string{packed});
 }
 
-TEST(Damage, SizesThatCannotBeAreRejected) {
-  const TemporaryFolder folder;
+TEST_F(Damage, SizesThatCannotBeAreRejected) {
   const std::string begin{magic + record(1, text("") + text(""))};
   const std::string channel{record(4, number(1, 2) + number(0, 2) + text("/x") + text("cdr") + text(""))};
   const std::string zeros{"\x28\xb5\x2f\xfd\x00\x00\x01\x00\x00", 9};  // zstd: an empty raw block, which is the last
@@ -169,8 +165,7 @@ TEST(Damage, SizesThatCannotBeAreRejected) {
   }
 }
 
-TEST(Damage, ASummaryThatLiesIsRejected) {
-  const TemporaryFolder folder;
+TEST_F(Damage, ASummaryThatLiesIsRejected) {
   const auto with_chunk_at = [&](std::uint64_t offset, std::uint64_t length) {
     const std::string data{magic + record(1, text("") + text("")) +
                            record(4, number(1, 2) + number(0, 2) + text("/x") + text("cdr") + text("")) +
@@ -198,8 +193,7 @@ TEST(Damage, ASummaryThatLiesIsRejected) {
   EXPECT_THAT(reader.damage().sentences.at(0), HasSubstr("there is no chunk"));
 }
 
-TEST(Damage, AChunkWhoseTimesAreOtherThanTheIndexSaysIsSkipped) {
-  const TemporaryFolder folder;
+TEST_F(Damage, AChunkWhoseTimesAreOtherThanTheIndexSaysIsSkipped) {
   std::string records;
   for (const std::uint64_t time : {5, 6}) records += message_record(1, 1, time, time, "");
   const std::string chunk{chunk_that_says(records.size(), "", records)};
@@ -221,8 +215,7 @@ TEST(Damage, AChunkWhoseTimesAreOtherThanTheIndexSaysIsSkipped) {
   EXPECT_EQ(read_with_index_of(6), (std::pair{std::size_t{0}, std::uint64_t{1}}));
 }
 
-TEST(Damage, AProcessThatIsKilledLeavesAReadableFile) {
-  const TemporaryFolder folder;
+TEST_F(Damage, AProcessThatIsKilledLeavesAReadableFile) {
   const fs::path path{folder / "killed.mcap"};
   for (int attempt{0}; attempt < 5; ++attempt) {
     const pid_t child{::fork()};

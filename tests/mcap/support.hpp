@@ -55,8 +55,7 @@ void write_messages(const fs::path& path, const std::vector<Said>& messages, con
 /// Stably sorted by log time.
 [[nodiscard]] std::vector<Said> in_time(std::vector<Said> messages);
 
-using ::testing::ElementsAre;
-using ::testing::IsEmpty;
+using ::testing::ElementsAre, ::testing::IsEmpty;
 
 /// A file of SQLite that is made here.
 class NewDatabase {

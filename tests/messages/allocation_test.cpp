@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
-#include <vector>
 
 #include "../core/allocations.hpp"
 #include "random_filler.hpp"

@@ -9,8 +9,6 @@
 #include <initializer_list>
 #include <set>
 #include <sstream>
-#include <string>
-#include <vector>
 
 #include "random_filler.hpp"
 #include "stereogrid/error.hpp"

@@ -166,11 +166,9 @@ struct GridMapReader {
 TEST(GridMapMessage, HasEachCellWhereItLies) {
   FrameResult result{small_result()};
   const GridGeometry& geometry{result.world.geometry};
-  for (int iy{0}; iy < geometry.ny; ++iy) {
-    for (int ix{0}; ix < geometry.nx; ++ix) {
-      result.world.occupancy(ix, iy) = static_cast<float>(10 * ix + iy);
-      result.world.age_s(ix, iy) = 0.25f;
-    }
+  for (const auto [ix, iy] : raster(geometry.nx, geometry.ny)) {
+    result.world.occupancy(ix, iy) = static_cast<float>(10 * ix + iy);
+    result.world.age_s(ix, iy) = 0.25f;
   }
   const auto map{sent_on<grid_map_msgs::GridMap>("/stereo_grid/grid_map", result)};
   const GridMapReader reader{map};

@@ -288,9 +288,7 @@ TEST(LaserScanMessage, HasAnObstacleBehindACellThatWasNotSeen) {
 // 1.5 m above the ground and 26.6° down at the lowest row, the camera sees the ground from 3 m on.
 TEST(LaserScanMessage, AsksNothingOfTheGroundBelowTheImage) {
   FrameResult result{all_free()};
-  for (int iy{0}; iy < 100; ++iy) {
-    for (int ix{0}; ix < 15; ++ix) result.vehicle.occupancy(ix, iy) = 0.5f;
-  }
+  for (const auto [ix, iy] : raster(15, 100)) result.vehicle.occupancy(ix, iy) = 0.5f;
   for (const float range : scan_of(result).ranges) EXPECT_EQ(range, std::numeric_limits<float>::infinity());
   for (int iy{0}; iy < 100; ++iy) result.vehicle.occupancy(16, iy) = 0.5f;
   for (const float range : scan_of(result).ranges) EXPECT_TRUE(std::isnan(range));

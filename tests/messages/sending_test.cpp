@@ -4,7 +4,6 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/messages/nav_msgs.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"
-#include "stereogrid/messages/sink.hpp"
 #include "stereogrid/messages/std_msgs.hpp"
 #include "stereogrid/pipeline.hpp"
 #include "stereogrid/scenes/scene.hpp"

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
-#include <cmath>
-
 #include "../evaluation/support.hpp"
 #include "baselines/baselines.hpp"
 

@@ -1,20 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "baselines/baselines.hpp"
-
-#include <gmock/gmock.h>
-
-#include <functional>
-#include <string>
-
 #include "baselines/columns.hpp"
 #include "baselines_scene.hpp"
 
 namespace stereogrid::research::testing {
 namespace {
 
-using ::testing::Each;
-using ::testing::ElementsAre;
-using ::testing::Values;
+using ::testing::Each, ::testing::ElementsAre, ::testing::Values;
 
 struct Baseline {
   std::string name;

@@ -21,23 +21,21 @@ TEST(TruthCells, EmptyRoadIsFreeWhereTheCameraLooks) {
   const Rig rig{scene.rig()};
   const GridGeometry grid{scene.truth_grid().geometry};
   const FrameTruth truth{scene.truth(3)};
-  for (int iy{0}; iy < grid.ny; ++iy) {
-    for (int ix{0}; ix < grid.nx; ++ix) {
-      const double x{grid.x_min_m + (ix + 0.5) * grid.cell_size_m};
-      const double y{grid.y_min_m + (iy + 0.5) * grid.cell_size_m};
-      const double u{rig.cx_px - rig.focal_px * y / x};
-      const double v{rig.cy_px + rig.focal_px * rig.camera_height_m / x};
-      const bool in_image{u >= -0.5 && u < rig.width_px - 0.5 && v < rig.height_px - 0.5};
-      const double margin{0.15 * rig.focal_px / x};  // near the border the nine points decide, not the middle
-      const bool undecided{std::min({std::abs(u + 0.5), std::abs(u - rig.width_px + 0.5)}) < margin ||
-                           std::abs(v - rig.height_px + 0.5) < 2 * margin};
-      EXPECT_EQ(truth.occupied(ix, iy), 0);
-      if (!undecided) {
-        EXPECT_EQ(truth.state(ix, iy), in_image ? seen_free : hidden) << x << " " << y;
-      }
-      if (!undecided) {
-        EXPECT_EQ(truth.free_points(ix, iy), in_image ? 9 : 0) << x << " " << y;
-      }
+  for (const auto [ix, iy] : raster(grid.nx, grid.ny)) {
+    const double x{grid.x_min_m + (ix + 0.5) * grid.cell_size_m};
+    const double y{grid.y_min_m + (iy + 0.5) * grid.cell_size_m};
+    const double u{rig.cx_px - rig.focal_px * y / x};
+    const double v{rig.cy_px + rig.focal_px * rig.camera_height_m / x};
+    const bool in_image{u >= -0.5 && u < rig.width_px - 0.5 && v < rig.height_px - 0.5};
+    const double margin{0.15 * rig.focal_px / x};  // near the border the nine points decide, not the middle
+    const bool undecided{std::min({std::abs(u + 0.5), std::abs(u - rig.width_px + 0.5)}) < margin ||
+                         std::abs(v - rig.height_px + 0.5) < 2 * margin};
+    EXPECT_EQ(truth.occupied(ix, iy), 0);
+    if (!undecided) {
+      EXPECT_EQ(truth.state(ix, iy), in_image ? seen_free : hidden) << x << " " << y;
+    }
+    if (!undecided) {
+      EXPECT_EQ(truth.free_points(ix, iy), in_image ? 9 : 0) << x << " " << y;
     }
   }
 }
@@ -151,18 +149,16 @@ TEST(TruthCells, PixelsFallWhereTheirObjectStands) {
   const FrameTruth truth{scene.truth(20)};
   int checked{0};
   int agreeing{0};
-  for (int v{0}; v < rig.height_px; ++v) {
-    for (int u{0}; u < rig.width_px; ++u) {
-      if (truth.instance(u, v) == 0) continue;
-      const double x{rig.focal_px * rig.baseline_m / truth.disparity(u, v)};
-      const double y{-(u - rig.cx_px) * x / rig.focal_px};
-      const double z{rig.camera_height_m - (v - rig.cy_px) * x / rig.focal_px};
-      const int ix{static_cast<int>(std::floor((x - grid.x_min_m) / grid.cell_size_m))};
-      const int iy{static_cast<int>(std::floor((y - grid.y_min_m) / grid.cell_size_m))};
-      if (z < 0.15 || z > 1.8 || ix < 0 || iy < 0 || ix >= grid.nx || iy >= grid.ny) continue;
-      ++checked;
-      if (truth.state(ix, iy) == seen_occupied) ++agreeing;
-    }
+  for (const auto [u, v] : raster(rig.width_px, rig.height_px)) {
+    if (truth.instance(u, v) == 0) continue;
+    const double x{rig.focal_px * rig.baseline_m / truth.disparity(u, v)};
+    const double y{-(u - rig.cx_px) * x / rig.focal_px};
+    const double z{rig.camera_height_m - (v - rig.cy_px) * x / rig.focal_px};
+    const int ix{static_cast<int>(std::floor((x - grid.x_min_m) / grid.cell_size_m))};
+    const int iy{static_cast<int>(std::floor((y - grid.y_min_m) / grid.cell_size_m))};
+    if (z < 0.15 || z > 1.8 || ix < 0 || iy < 0 || ix >= grid.nx || iy >= grid.ny) continue;
+    ++checked;
+    if (truth.state(ix, iy) == seen_occupied) ++agreeing;
   }
   EXPECT_GT(checked, 2000);
   EXPECT_GT(agreeing, 0.97 * checked);
@@ -202,12 +198,10 @@ const TruthObject& object_of(const FrameTruth& truth, const std::string& kind) {
 double mean_u(const FrameTruth& truth, std::int64_t id) {
   double sum{0};
   int count{0};
-  for (int v{0}; v < truth.instance.height(); ++v) {
-    for (int u{0}; u < truth.instance.width(); ++u) {
-      if (truth.instance(u, v) != id) continue;
-      sum += u;
-      ++count;
-    }
+  for (const auto [u, v] : raster(truth.instance)) {
+    if (truth.instance(u, v) != id) continue;
+    sum += u;
+    ++count;
   }
   return sum / count;
 }

@@ -11,8 +11,7 @@
 namespace stereogrid::server::testing {
 namespace {
 
-using ::testing::ElementsAre;
-using ::testing::IsEmpty;
+using ::testing::ElementsAre, ::testing::IsEmpty;
 
 SharedMessage message(ChannelId channel, std::uint64_t stamp_ns, std::size_t size = 1) {
   return std::make_shared<const Message>(Message{channel, stamp_ns, std::vector<std::byte>(size)});

@@ -3,7 +3,6 @@
 
 #include "bag_drive.hpp"
 #include "stereogrid/io/calibration.hpp"
-#include "stereogrid/messages/sensor_msgs.hpp"
 
 namespace stereogrid::app::testing {
 
@@ -16,14 +15,12 @@ class DepthBags : public Bags {
   static Image<float> depth_m() {
     const Rig optics{rig()};
     Image<float> depth{160, 100};
-    for (int v{0}; v < depth.height(); ++v) {
-      for (int u{0}; u < depth.width(); ++u) {
-        const double below{(v - optics.cy_px) / optics.focal_px};
-        const double right{(u - optics.cx_px) / optics.focal_px};
-        const bool is_box{std::abs(right) < 0.1 && below > 0};
-        const double wall_m{is_box ? 5.0 : 9.0};
-        depth(u, v) = static_cast<float>(below > 1.65 / wall_m ? 1.65 / below : wall_m);
-      }
+    for (const auto [u, v] : raster(depth)) {
+      const double below{(v - optics.cy_px) / optics.focal_px};
+      const double right{(u - optics.cx_px) / optics.focal_px};
+      const bool is_box{std::abs(right) < 0.1 && below > 0};
+      const double wall_m{is_box ? 5.0 : 9.0};
+      depth(u, v) = static_cast<float>(below > 1.65 / wall_m ? 1.65 / below : wall_m);
     }
     depth(3, 3) = std::numeric_limits<float>::quiet_NaN();
     depth(4, 3) = std::numeric_limits<float>::infinity();

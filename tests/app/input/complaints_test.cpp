@@ -4,6 +4,9 @@
 namespace stereogrid::app::testing {
 namespace {
 
+using BadFrame = FolderTest;
+using ExitCodes = FolderTest;
+
 /// A simulated drive on the disk.
 void simulate(const fs::path& folder, const std::string& scene, const std::string& more) {
   run_well({"simulate", small_scene(scene, more), "--out", folder});
@@ -17,8 +20,7 @@ void cut_in_half(const fs::path& path) {
   fs::resize_file(path, fs::file_size(path) / 2);
 }
 
-TEST(BadFrame, InTheMiddleIsSkippedAndCounted) {
-  const TemporaryFolder folder;
+TEST_F(BadFrame, InTheMiddleIsSkippedAndCounted) {
   simulate(folder / "drive", "street", "&frames=5");
   cut_in_half(folder / "drive" / "left" / "000002.png");
   const Outcome outcome{run_well(run_words(folder / "drive", folder / "run"))};
@@ -36,16 +38,14 @@ TEST(BadFrame, InTheMiddleIsSkippedAndCounted) {
   EXPECT_FALSE(fs::exists(folder / "run" / "grids" / "000002.npz"));
 }
 
-TEST(BadFrame, AtTheStartIsSkippedToo) {
-  const TemporaryFolder folder;
+TEST_F(BadFrame, AtTheStartIsSkippedToo) {
   simulate(folder / "drive", "street", "&frames=3");
   cut_in_half(folder / "drive" / "right" / "000000.png");
   run_well(run_words(folder / "drive", folder / "run"));
   EXPECT_EQ(lines_of(folder / "run").size(), 2U);
 }
 
-TEST(BadFrame, EverywhereEndsTheRunBeforeItBegins) {
-  const TemporaryFolder folder;
+TEST_F(BadFrame, EverywhereEndsTheRunBeforeItBegins) {
   simulate(folder / "drive", "street", "&frames=2");
   for (const char* name : {"000000.png", "000001.png"}) cut_in_half(folder / "drive" / "left" / name);
   EXPECT_THAT(errors_of(65, run_words(folder / "drive", folder / "run")), HasSubstr("000000.png"));
@@ -72,8 +72,7 @@ struct WrongUsage {
   std::string said;
 };
 
-TEST(ExitCodes, WrongUsageIs64) {
-  const TemporaryFolder folder;
+TEST_F(ExitCodes, WrongUsageIs64) {
   const std::string out{folder / "run"};
   for (const WrongUsage& wrong :
        std::vector<WrongUsage>{{{}, "command"},
@@ -100,8 +99,7 @@ TEST(ExitCodes, WrongUsageIs64) {
   EXPECT_FALSE(fs::exists(out));
 }
 
-TEST(ExitCodes, BadInputIs65) {
-  const TemporaryFolder folder;
+TEST_F(ExitCodes, BadInputIs65) {
   const std::string out{folder / "run"};
   fs::create_directory(folder / "nothing");
   EXPECT_EQ(run_tool({"run", folder / "not_there", "--out", out}).exit_code, 65);
@@ -132,8 +130,7 @@ TEST(Device, AutoFallsBackToTheCpuAndSaysSo) {
               HasSubstr("on the CPU. No GPU"));
 }
 
-TEST(ExitCodes, WhatMayWorkLaterIs75) {
-  const TemporaryFolder folder;
+TEST_F(ExitCodes, WhatMayWorkLaterIs75) {
   const std::string out{folder / "run"};
   const std::string scene{small_scene("empty", "&frames=1")};
   EXPECT_THAT(errors_of(75, {"run", scene, "--out", out, "--device", "cuda"}, no_cuda),
@@ -144,7 +141,7 @@ TEST(ExitCodes, WhatMayWorkLaterIs75) {
               HasSubstr("ffmpeg"));
 }
 
-TEST(ExitCodes, HelpAndVersionAre0) {
+TEST_F(ExitCodes, HelpAndVersionAre0) {
   EXPECT_THAT(run_well({"--version"}).output, HasSubstr("stereogrid "));
   EXPECT_THAT(run_well({"--help"}).output, HasSubstr("Exit codes"));
   EXPECT_THAT(run_well({"run", "--help"}).output, HasSubstr("--save-stages"));

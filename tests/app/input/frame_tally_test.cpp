@@ -6,12 +6,8 @@
 namespace stereogrid::app {
 namespace {
 
-using ::testing::AllOf;
-using ::testing::Contains;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::Not;
+using ::testing::AllOf, ::testing::Contains, ::testing::ElementsAre, ::testing::HasSubstr, ::testing::IsEmpty,
+    ::testing::Not;
 
 io::FrameSummary frame(std::size_t index, std::vector<FrameStatus> status, bool is_road_measured = true) {
   const bool is_known{status.empty()};

@@ -66,12 +66,10 @@ TEST_F(OwnVehicle, IsFoundAndItsMaskCanBeGiven) {
   int covered{0};
   int missed{0};
   int too_much{0};
-  for (int v{0}; v < height; ++v) {
-    for (int u{0}; u < width; ++u) {
-      covered += bonnet.covers(u, v, width) ? 1 : 0;
-      missed += bonnet.covers(u, v, width) && mask(u, v) != 0 ? 1 : 0;
-      too_much += !bonnet.covers(u, v + 20, width) && mask(u, v) == 0 ? 1 : 0;
-    }
+  for (const auto [u, v] : raster(width, height)) {
+    covered += bonnet.covers(u, v, width) ? 1 : 0;
+    missed += bonnet.covers(u, v, width) && mask(u, v) != 0 ? 1 : 0;
+    too_much += !bonnet.covers(u, v + 20, width) && mask(u, v) == 0 ? 1 : 0;
   }
   EXPECT_LT(missed, covered / 50);
   EXPECT_LT(too_much, covered / 50) << "more than 20 rows above it";
@@ -88,11 +86,9 @@ TEST_F(OwnVehicle, IsNotWhatKeepsItsDistanceAhead) {
   const test::Texture texture{5};
   const fs::path drive{copy("drive")};
   change_images(drive, [&](StereoFrame& frame) {
-    for (int v{110}; v < 190; ++v) {
-      for (int u{120}; u < 280; ++u) {
-        frame.left(u, v) = static_cast<std::uint8_t>(texture.at(u, v));
-        frame.right(u - 20, v) = static_cast<std::uint8_t>(texture.at(u, v));
-      }
+    for (const auto [u, v] : raster(120, 280, 110, 190)) {
+      frame.left(u, v) = static_cast<std::uint8_t>(texture.at(u, v));
+      frame.right(u - 20, v) = static_cast<std::uint8_t>(texture.at(u, v));
     }
   });
   static_cast<void>(answer(drive));

@@ -9,6 +9,9 @@
 namespace stereogrid::app::testing {
 namespace {
 
+using OddSize = FolderTest;
+using UselessInput = FolderTest;
+
 using ::testing::AnyOf;
 using Grey = Image<std::uint8_t>;
 
@@ -51,8 +54,7 @@ void expect_refused(const fs::path& drive, const std::string& said) {
   EXPECT_THAT(info.output, AllOf(HasSubstr(said), HasSubstr("cannot be used"), Not(HasSubstr("fine"))));
 }
 
-TEST(UselessInput, InfoSaysWhatIsWrong) {
-  const TemporaryFolder folder;
+TEST_F(UselessInput, InfoSaysWhatIsWrong) {
   struct Case {
     std::function<void(Grey&, Grey&)> replace;
     std::string said;
@@ -93,8 +95,7 @@ std::string ros_file(bool is_left) {
          ", 0, 256.25, 100, 0, 0, 0, 1, 0]}\n";
 }
 
-TEST(UselessInput, InfoNoticesImagesThatWouldBeRectifiedTwice) {
-  const TemporaryFolder folder;
+TEST_F(UselessInput, InfoNoticesImagesThatWouldBeRectifiedTwice) {
   const fs::path input{drive(folder, 2)};
   std::ofstream{input / "left.yaml"} << ros_file(true);
   std::ofstream{input / "right.yaml"} << ros_file(false);
@@ -105,16 +106,14 @@ TEST(UselessInput, InfoNoticesImagesThatWouldBeRectifiedTwice) {
   EXPECT_THAT(run_well({"info", input}).output, AllOf(HasSubstr("found in 2 of 2 frames"), HasSubstr("fine")));
 }
 
-TEST(UselessInput, InfoNoticesSidesThatAreSwappedLater) {
-  const TemporaryFolder folder;
+TEST_F(UselessInput, InfoNoticesSidesThatAreSwappedLater) {
   const fs::path input{drive(folder, 4)};
   replace_pairs(
       input, [](Grey& left, Grey& right) { std::swap(left, right); }, 1);
   expect_refused(input, "swapped");
 }
 
-TEST(UselessInput, InfoNoticesThatTheRightImagesAreLate) {
-  const TemporaryFolder folder;
+TEST_F(UselessInput, InfoNoticesThatTheRightImagesAreLate) {
   const fs::path input{drive(folder, 5)};
   for (const char* name : {"000004.png", "000003.png", "000002.png", "000001.png"}) {
     fs::copy_file(input / "right" / (std::string{"00000"} + std::to_string(name[5] - '1') + ".png"),
@@ -124,8 +123,7 @@ TEST(UselessInput, InfoNoticesThatTheRightImagesAreLate) {
   EXPECT_THAT(info.output, AllOf(HasSubstr("the right images are a frame late"), Not(HasSubstr("fine"))));
 }
 
-TEST(UselessInput, ARoadThatIsNotFoundIsSaid) {
-  const TemporaryFolder folder;
+TEST_F(UselessInput, ARoadThatIsNotFoundIsSaid) {
   const fs::path input{drive(folder, 3, "&pitch_deg=8")};
   remove_pitch(input);
   expect_refused(input, "found in 0 of 3 frames");
@@ -140,16 +138,14 @@ TEST(UselessInput, ARoadThatIsNotFoundIsSaid) {
   }
 }
 
-TEST(UselessInput, EachStatusOfAFrameHasItsOwnWarning) {
-  const TemporaryFolder folder;
+TEST_F(UselessInput, EachStatusOfAFrameHasItsOwnWarning) {
   const Outcome run{run_well(
       {"run", "scene:terrain?kind=edge&depth=0.9&at=1.0&frames=22", "--out", folder / "run", "--device", "cpu"})};
   EXPECT_THAT(run.errors, AllOf(HasSubstr("extrinsics_disagree: a plane in view does not fit"),
                                 HasSubstr("too_close: an obstacle is too close")));
 }
 
-TEST(UselessInput, ExtrinsicsThatWereFoundAreProposed) {
-  const TemporaryFolder folder;
+TEST_F(UselessInput, ExtrinsicsThatWereFoundAreProposed) {
   const fs::path input{drive(folder, 3, "&pitch_deg=8")};
   const std::string text{std::regex_replace(text_of(input / "calibration.yaml"), std::regex{"mount:.*"}, "")};
   std::ofstream{input / "calibration.yaml"} << text;
@@ -157,8 +153,7 @@ TEST(UselessInput, ExtrinsicsThatWereFoundAreProposed) {
               AllOf(HasSubstr("mount: {camera_height_m: 1.2"), HasSubstr("found in 3 of 3 frames"), HasSubstr("fine")));
 }
 
-TEST(UselessInput, RunSaysInHowManyFramesThereAreFewMatches) {
-  const TemporaryFolder folder;
+TEST_F(UselessInput, RunSaysInHowManyFramesThereAreFewMatches) {
   const fs::path input{drive(folder, 3)};
   replace_pairs(
       input, [](Grey& left, Grey& right) { std::swap(left, right); }, 1);
@@ -181,8 +176,7 @@ void multiply(Grey& image, double gain) {
   for (std::uint8_t& grey : image) grey = static_cast<std::uint8_t>(std::min(std::lround(gain * grey), 255L));
 }
 
-TEST(UselessInput, OneImageMayBeBrighterAndThatIsSaid) {
-  const TemporaryFolder folder;
+TEST_F(UselessInput, OneImageMayBeBrighterAndThatIsSaid) {
   const fs::path input{drive(folder, 3)};
   replace_pairs(input, [](Grey&, Grey& right) { multiply(right, 2); });
   const auto named{
@@ -194,8 +188,7 @@ TEST(UselessInput, OneImageMayBeBrighterAndThatIsSaid) {
   EXPECT_THAT(run_well({"live", input, "--listen", ":0"}).errors, named);
 }
 
-TEST(UselessInput, RunSaysTheReasonThatInfoSays) {
-  const TemporaryFolder folder;
+TEST_F(UselessInput, RunSaysTheReasonThatInfoSays) {
   const fs::path input{drive(folder, 3)};
   replace_pairs(
       input, [](Grey&, Grey& right) { std::rotate(right.begin(), right.begin() + 12 * right.width(), right.end()); },
@@ -208,16 +201,14 @@ TEST(UselessInput, RunSaysTheReasonThatInfoSays) {
       AllOf(HasSubstr(fault), HasSubstr(count), HasSubstr("most grids are unknown: those of 2 of 3 frames (67 %)")));
 }
 
-TEST(UselessInput, AGoodDriveIsFineAndItsRoadIsFound) {
-  const TemporaryFolder folder;
+TEST_F(UselessInput, AGoodDriveIsFineAndItsRoadIsFound) {
   const Outcome info{run_well({"info", drive(folder, 3, "&pitch_deg=8").string()})};
   EXPECT_THAT(info.output, AllOf(HasSubstr("found in 3 of 3 frames"), HasSubstr("fine")));
   EXPECT_THAT(info.output, ::testing::ContainsRegex("pitch (7.9|8.0|8.1)"));
 }
 
 // The first pair is of another size than all the others.
-TEST(OddSize, OfTheFirstPairDoesNotDecide) {
-  const TemporaryFolder folder;
+TEST_F(OddSize, OfTheFirstPairDoesNotDecide) {
   const fs::path input{drive(folder, 4)};
   const Grey small{160, 100, 90};
   io::write_png(input / "left" / "000000.png", small);
@@ -236,17 +227,14 @@ void remove_size(const fs::path& drive) {
 
 Grey halved(const Grey& image) {
   Grey half{image.width() / 2, image.height() / 2};
-  for (int v{0}; v < half.height(); ++v) {
-    for (int u{0}; u < half.width(); ++u) {
-      half(u, v) = static_cast<std::uint8_t>(
-          (image(2 * u, 2 * v) + image(2 * u + 1, 2 * v) + image(2 * u, 2 * v + 1) + image(2 * u + 1, 2 * v + 1)) / 4);
-    }
+  for (const auto [u, v] : raster(half)) {
+    half(u, v) = static_cast<std::uint8_t>(
+        (image(2 * u, 2 * v) + image(2 * u + 1, 2 * v) + image(2 * u, 2 * v + 1) + image(2 * u + 1, 2 * v + 1)) / 4);
   }
   return half;
 }
 
-TEST(OddSize, OfTheWholeDriveIsRefusedOrScaled) {
-  const TemporaryFolder folder;
+TEST_F(OddSize, OfTheWholeDriveIsRefusedOrScaled) {
   const fs::path input{drive(folder, 3)};
   replace_pairs(input, [](Grey& left, Grey& right) {
     left = halved(left);
@@ -263,8 +251,7 @@ TEST(OddSize, OfTheWholeDriveIsRefusedOrScaled) {
   }
 }
 
-TEST(OddSize, OfImagesThatWereCroppedIsWarnedOf) {
-  const TemporaryFolder folder;
+TEST_F(OddSize, OfImagesThatWereCroppedIsWarnedOf) {
   const fs::path input{drive(folder, 2)};
   replace_pairs(input, [](Grey& left, Grey& right) {
     for (Grey* image : {&left, &right}) {

@@ -7,6 +7,8 @@
 namespace stereogrid::app::testing {
 namespace {
 
+using Mask = FolderTest;
+
 constexpr int masked_from{70};
 
 /// Black from the row on.
@@ -21,17 +23,15 @@ int matched_from(const fs::path& run, int first_row) {
   int matched{0};
   for (const char* which : {"obstacle_disparity", "road_disparity"}) {
     const auto disparity{stages.at(which).to_image<float>()};
-    for (int v{first_row}; v < disparity.height(); ++v) {
-      for (int u{0}; u < disparity.width(); ++u) matched += disparity(u, v) != 0 ? 1 : 0;
-    }
+    for (const auto [u, v] : raster(0, disparity.width(), first_row, disparity.height()))
+      matched += disparity(u, v) != 0 ? 1 : 0;
   }
   return matched;
 }
 
 const std::string scene{small_scene("street", "&frames=3")};
 
-TEST(Mask, OfTheCommandLineIsUsed) {
-  const TemporaryFolder folder;
+TEST_F(Mask, OfTheCommandLineIsUsed) {
   const fs::path mask{folder / "mask.png"};
   put_mask(mask);
   const fs::path plain{folder / "plain"};
@@ -46,8 +46,7 @@ TEST(Mask, OfTheCommandLineIsUsed) {
   run_well({"evaluate", masked});
 }
 
-TEST(Mask, OfTheCalibrationStandsBesideItAndGivesWayToTheCommandLines) {
-  const TemporaryFolder folder;
+TEST_F(Mask, OfTheCalibrationStandsBesideItAndGivesWayToTheCommandLines) {
   const fs::path drive{folder / "drive"};
   run_well({"simulate", scene, "--out", drive});
   fs::create_directory(drive / "masks");
@@ -64,8 +63,7 @@ TEST(Mask, OfTheCalibrationStandsBesideItAndGivesWayToTheCommandLines) {
   EXPECT_EQ(matched_from(folder / "other", 90), 0);
 }
 
-TEST(Mask, WhatCannotBeOneIsRefused) {
-  const TemporaryFolder folder;
+TEST_F(Mask, WhatCannotBeOneIsRefused) {
   const auto error_text = [&](const std::string& input, const std::string& mask) {
     const Outcome outcome{run_tool({"run", input, "--out", folder / "run", "--mask", mask})};
     EXPECT_EQ(outcome.exit_code, 65);
@@ -90,8 +88,7 @@ TEST(Mask, WhatCannotBeOneIsRefused) {
   EXPECT_THAT(errors_of(65, {"info", drive}), HasSubstr("'mask' in line"));
 }
 
-TEST(Mask, ARunGoesOnWithItsOwnOnly) {
-  const TemporaryFolder folder;
+TEST_F(Mask, ARunGoesOnWithItsOwnOnly) {
   put_mask(folder / "mask.png");
   const std::string run{folder / "run"};
   run_well({"run", scene, "--out", run, "--frames", "0:1"});

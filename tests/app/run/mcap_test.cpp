@@ -146,9 +146,8 @@ TEST_F(RunMcap, ThePictureIsTheLeftImageWithTheRoadInBlue) {
   ASSERT_EQ(picture.height, 100);
   const auto blue_in = [&](int from, int to) {
     int blue{0};
-    for (int v{from}; v < to; ++v) {
-      for (int u{0}; u < picture.width; ++u) blue += picture.pixels(3 * u + 2, v) > picture.pixels(3 * u, v) + 60;
-    }
+    for (const auto [u, v] : raster(0, picture.width, from, to))
+      blue += picture.pixels(3 * u + 2, v) > picture.pixels(3 * u, v) + 60;
     return blue;
   };
   EXPECT_GT(blue_in(60, 100), 160 * 40 / 3) << "the road";

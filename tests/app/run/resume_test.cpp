@@ -6,6 +6,9 @@
 namespace stereogrid::app::testing {
 namespace {
 
+using Lock = FolderTest;
+using Resume = FolderTest;
+
 std::vector<std::string> command(const fs::path& out, const std::string& frames, const std::string& more = "") {
   std::vector<std::string> words{"run", small_scene("street", "&frames=6"), "--out", out, "--frames", frames};
   if (!more.empty()) words.push_back(more);
@@ -16,8 +19,7 @@ void append(const fs::path& path, const std::string& text) {
   std::ofstream{path, std::ios::app | std::ios::binary} << text;
 }
 
-TEST(Resume, DropsATornLastLine) {
-  const TemporaryFolder folder;
+TEST_F(Resume, DropsATornLastLine) {
   run_well(command(folder / "whole", ":"));
   run_well(command(folder / "torn", ":3"));
   append(folder / "torn" / "frames.jsonl", R"({"index":4,"name":"0000)");
@@ -28,22 +30,19 @@ TEST(Resume, DropsATornLastLine) {
   EXPECT_EQ(run["frames"]["complete"], true);
 }
 
-TEST(Resume, OfAFinishedRunChangesNothing) {
-  const TemporaryFolder folder;
+TEST_F(Resume, OfAFinishedRunChangesNothing) {
   run_well(command(folder / "run", "0:1"));
   const std::string before{text_of(folder / "run" / "frames.jsonl")};
   run_well(command(folder / "run", "0:1", "--resume"));
   EXPECT_EQ(text_of(folder / "run" / "frames.jsonl"), before);
 }
 
-TEST(Resume, StartsWhereThereIsNothing) {
-  const TemporaryFolder folder;
+TEST_F(Resume, StartsWhereThereIsNothing) {
   run_well(command(folder / "run", "0:0", "--resume"));
   EXPECT_EQ(lines_of(folder / "run").size(), 1U);
 }
 
-TEST(Resume, RefusesOtherSettingsAndNamesThem) {
-  const TemporaryFolder folder;
+TEST_F(Resume, RefusesOtherSettingsAndNamesThem) {
   run_well(command(folder / "run", "0:0"));
   std::vector<std::string> words{command(folder / "run", "0:2", "--resume")};
   words.insert(words.end(), {"--set", "filter.decay_time_s=5"});
@@ -53,8 +52,7 @@ TEST(Resume, RefusesOtherSettingsAndNamesThem) {
   EXPECT_THAT(errors_of(64, command(folder / "run", "1:2", "--resume")), HasSubstr("first frame: was 0, is 1"));
 }
 
-TEST(Resume, WithoutItAFolderWithARunIsRefused) {
-  const TemporaryFolder folder;
+TEST_F(Resume, WithoutItAFolderWithARunIsRefused) {
   run_well(command(folder / "run", "0:0"));
   EXPECT_THAT(errors_of(64, command(folder / "run", "0:0")), HasSubstr("--resume"));
 }
@@ -73,8 +71,7 @@ struct Way {
 };
 
 // Continues from the last saved state, or from the first frame, with the same results.
-TEST(Resume, OfALongRunGoesOnExactly) {
-  const TemporaryFolder folder;
+TEST_F(Resume, OfALongRunGoesOnExactly) {
   for (const Way& way : {Way{"poses", {}}, Way{"odometry", {"--poses", "odometry"}}}) {
     SCOPED_TRACE(way.name);
     const auto options = [&](const char* every) {
@@ -96,8 +93,7 @@ TEST(Resume, OfALongRunGoesOnExactly) {
   }
 }
 
-TEST(Resume, ADamagedSavedStateIsReportedAndDoneWithout) {
-  const TemporaryFolder folder;
+TEST_F(Resume, ADamagedSavedStateIsReportedAndDoneWithout) {
   sit(folder / "whole", ":14", {"--checkpoint-every", "5"});
   for (const std::size_t kept : {std::size_t{0}, std::size_t{1000}}) {
     const fs::path run{folder / ("cut to " + std::to_string(kept))};
@@ -122,8 +118,7 @@ void wait_for_a_frame(const fs::path& run) {
   ASSERT_NE(text_of(run / "frames.jsonl"), "");
 }
 
-TEST(Lock, KeepsASecondRunOut) {
-  const TemporaryFolder folder;
+TEST_F(Lock, KeepsASecondRunOut) {
   const fs::path out{folder / "run"};
   const Process first{lock_command(out, ":")};
   wait_for_a_frame(out);
@@ -134,8 +129,7 @@ TEST(Lock, KeepsASecondRunOut) {
   }
 }
 
-TEST(Lock, OfAKilledRunIsInNobodysWay) {
-  const TemporaryFolder folder;
+TEST_F(Lock, OfAKilledRunIsInNobodysWay) {
   const fs::path out{folder / "run"};
   Process first{lock_command(out, ":")};
   wait_for_a_frame(out);
@@ -147,8 +141,7 @@ TEST(Lock, OfAKilledRunIsInNobodysWay) {
   EXPECT_THAT(files_in(out), Not(Contains(".lock")));
 }
 
-TEST(Lock, OfManyThatStartTogetherOneWrites) {
-  const TemporaryFolder folder;
+TEST_F(Lock, OfManyThatStartTogetherOneWrites) {
   run_well(lock_command(folder / "alone", ":5"));
   for (const char* flag : {"--resume", "--quiet"}) {
     const fs::path out{folder / (std::string{"run"} + flag)};

@@ -7,6 +7,8 @@
 namespace stereogrid::app::testing {
 namespace {
 
+using Summary = FolderTest;
+
 using Shape = std::vector<std::size_t>;
 
 std::set<std::string> keys_of(const Json& object) {
@@ -215,11 +217,9 @@ TEST_F(RunFiles, PicturesHaveOneSizeAndShowSomething) {
   EXPECT_LT(first.width, 3000);
   EXPECT_GT(first.height, 500);
   int blue{0};  // the road's tint
-  for (int v{0}; v < last.height; ++v) {
-    for (int u{0}; u < last.width; ++u) {
-      const std::uint8_t* rgb{last.pixels.row(v) + 3 * u};
-      if (rgb[2] > rgb[0] + 60) ++blue;
-    }
+  for (const auto [u, v] : raster(last.width, last.height)) {
+    const std::uint8_t* rgb{last.pixels.row(v) + 3 * u};
+    if (rgb[2] > rgb[0] + 60) ++blue;
   }
   EXPECT_GT(blue, 20000);
 }
@@ -266,8 +266,7 @@ TEST(Run, MakesAnAnimatedImage) {
   EXPECT_NE(webp.find("ANMF"), std::string::npos) << "several frames";
 }
 
-TEST(Summary, NamesTimesAndTheCommandsThatFollow) {
-  const TemporaryFolder folder;
+TEST_F(Summary, NamesTimesAndTheCommandsThatFollow) {
   const std::string out{folder / "my run"};
   const std::string output{
       run_well({"run", small_scene("street", "&frames=2"), "--out", out, "--pictures", "--mcap"}).output};
@@ -281,8 +280,7 @@ TEST(Summary, NamesTimesAndTheCommandsThatFollow) {
   EXPECT_GT(fs::file_size(fs::path{out} / "run.mcap"), 10'000U);
 }
 
-TEST(Summary, OfAStoppedRunSaysHowToContinue) {
-  const TemporaryFolder folder;
+TEST_F(Summary, OfAStoppedRunSaysHowToContinue) {
   const fs::path out{folder / "run"};
   Process process{"sh",
                   {"-c", "exec " + quoted(STEREOGRID_TOOL) + " run " + quoted(small_scene("street", "&frames=400")) +

@@ -6,6 +6,8 @@
 namespace stereogrid::app::testing {
 namespace {
 
+using Sparse = FolderTest;
+
 std::vector<std::string> street(const fs::path& out, const std::vector<std::string>& more) {
   std::vector<std::string> words{"run", "scene:street?frames=40&width=160&height=100", "--out", out};
   words.insert(words.end(), more.begin(), more.end());
@@ -27,8 +29,7 @@ void expect_equal_frames(const fs::path& some, const fs::path& all) {
   }
 }
 
-TEST(Sparse, FramesAreThoseOfTheWholeRun) {
-  const TemporaryFolder folder;
+TEST_F(Sparse, FramesAreThoseOfTheWholeRun) {
   run_well(street(folder / "all", {}));
   run_well(street(folder / "some", {"--every", "9"}));
   EXPECT_THAT(indices_of(folder / "some"), ElementsAre(0, 9, 18, 27, 36));
@@ -47,8 +48,7 @@ TEST(Sparse, FramesAreThoseOfTheWholeRun) {
   EXPECT_THAT(run_tool({"evaluate", folder / "none"}).errors, HasSubstr("has no frames"));
 }
 
-TEST(Sparse, GoesOnExactly) {
-  const TemporaryFolder folder;
+TEST_F(Sparse, GoesOnExactly) {
   for (const bool odometry : {false, true}) {
     const std::string kind{odometry ? "odometry" : "poses"};
     const auto options = [&](const char* frames, const char* checkpoints) {
@@ -72,8 +72,7 @@ TEST(Sparse, GoesOnExactly) {
   }
 }
 
-TEST(Sparse, GoesOnWithItsOwnSettingsOnly) {
-  const TemporaryFolder folder;
+TEST_F(Sparse, GoesOnWithItsOwnSettingsOnly) {
   run_well(street(folder / "run", {"--every", "4", "--layers", "velocity,occupancy", "--frames", ":4"}));
   const auto other = [&](const char* every, const char* layers) {
     const Outcome outcome{
@@ -89,8 +88,7 @@ TEST(Sparse, GoesOnWithItsOwnSettingsOnly) {
 }
 
 // Unreadable frames are reported whether they are written or not, also by a killed run.
-TEST(Sparse, SkippedFramesAreAllReported) {
-  const TemporaryFolder folder;
+TEST_F(Sparse, SkippedFramesAreAllReported) {
   const fs::path drive{folder / "drive"};
   run_well({"simulate", small_scene("street", "&frames=20"), "--out", drive, "--no-truth"});
   for (const char* name : {"000003.png", "000006.png", "000011.png", "000014.png", "000019.png"}) {
@@ -114,8 +112,7 @@ TEST(Sparse, SkippedFramesAreAllReported) {
   expect_equal_runs(folder / "whole", folder / "parts");
 }
 
-TEST(Sparse, LayersAreThoseAskedFor) {
-  const TemporaryFolder folder;
+TEST_F(Sparse, LayersAreThoseAskedFor) {
   run_well(street(folder / "all", {"--frames", ":2"}));
   run_well(street(folder / "some", {"--frames", ":2", "--layers", "world_occupancy,age,occupancy,age_s"}));
   const Arrays all{io::read_npz(folder / "all" / "grids" / "000002.npz")};
@@ -133,8 +130,7 @@ TEST(Sparse, LayersAreThoseAskedFor) {
   EXPECT_EQ(lines_of(folder / "some", false), lines_of(folder / "all", false));
 }
 
-TEST(Sparse, UnknownLayersAreRefusedAndThoseThereAreNamed) {
-  const TemporaryFolder folder;
+TEST_F(Sparse, UnknownLayersAreRefusedAndThoseThereAreNamed) {
   EXPECT_THAT(errors_of(64, street(folder / "run", {"--layers", "occupancy,speed"})),
               HasSubstr("--layers speed: there is no such layer. There are: observed, elevation_m, "
                         "elevation_sigma_m, occupancy, mov"));
@@ -145,8 +141,7 @@ TEST(Sparse, UnknownLayersAreRefusedAndThoseThereAreNamed) {
   EXPECT_FALSE(fs::exists(folder / "run"));
 }
 
-TEST(Sparse, WhatNeedsAnotherLayerSaysSo) {
-  const TemporaryFolder folder;
+TEST_F(Sparse, WhatNeedsAnotherLayerSaysSo) {
   const fs::path run{folder / "run"};
   run_well(street(run, {"--frames", ":12", "--layers", "occupancy,velocity,age"}));
   const auto error_text = [&](std::vector<std::string> words) {
@@ -191,8 +186,7 @@ void expect_rounded(const Json& small, const Json& whole) {
   }
 }
 
-TEST(Sparse, CompactLinesAreRounded) {
-  const TemporaryFolder folder;
+TEST_F(Sparse, CompactLinesAreRounded) {
   run_well(street(folder / "whole", {}));
   run_well(street(folder / "small", {"--compact"}));
   const std::vector<Json> whole(lines_of(folder / "whole"));

@@ -11,6 +11,8 @@
 namespace stereogrid::app::testing {
 namespace {
 
+using Streams = FolderTest;
+
 const std::string tool{quoted(STEREOGRID_TOOL)};
 constexpr const char* full{"/dev/full"};
 
@@ -24,8 +26,7 @@ int run_with_a_warning(const TemporaryFolder& folder, const fs::path& out, const
   return shell(tool + " run " + quoted(drive.string()) + " --out " + quoted(out.string()) + " " + redirections);
 }
 
-TEST(Streams, ThatAreClosedAreNotMistakenForFilesOfTheRun) {
-  const TemporaryFolder folder;
+TEST_F(Streams, ThatAreClosedAreNotMistakenForFilesOfTheRun) {
   ASSERT_EQ(run_with_a_warning(folder, folder / "open", ">/dev/null 2>&1"), 0);
   for (const std::string closed : {"2>&-", ">&-", "<&-", "<&- >&- 2>&-", "2>&- >/dev/null"}) {
     const fs::path out{folder / closed};
@@ -35,8 +36,7 @@ TEST(Streams, ThatAreClosedAreNotMistakenForFilesOfTheRun) {
   }
 }
 
-TEST(Streams, ErrorsThatNobodyCanReadKeepTheirExitCode) {
-  const TemporaryFolder folder;
+TEST_F(Streams, ErrorsThatNobodyCanReadKeepTheirExitCode) {
   for (const char* nowhere : {" 2>&-", " 2>/dev/full"}) {
     EXPECT_EQ(shell(tool + " fly" + nowhere), 64) << nowhere;
     EXPECT_EQ(shell(tool + " run /nowhere --out " + quoted((folder / "run").string()) + nowhere), 65) << nowhere;
@@ -54,8 +54,7 @@ Outcome with_full_output(const std::string& words) {
   return outcome;
 }
 
-TEST(Streams, AFullOutputIsAFailure) {
-  const TemporaryFolder folder;
+TEST_F(Streams, AFullOutputIsAFailure) {
   const std::string scene{quoted(small_scene("street", "&frames=3"))};
   const std::string run{quoted((folder / "run").string())};
   const std::string drive{quoted((folder / "drive").string())};
@@ -72,13 +71,12 @@ TEST(Streams, AFullOutputIsAFailure) {
   EXPECT_EQ(json_of(folder / "run" / "run.json")["frames"]["complete"], true);
 }
 
-TEST(Streams, AFullOutputHidesNoOtherFailure) {
+TEST_F(Streams, AFullOutputHidesNoOtherFailure) {
   EXPECT_EQ(with_full_output("fly").exit_code, 64);
   EXPECT_EQ(with_full_output("info /nowhere").exit_code, 65);
 }
 
-TEST(Streams, AReaderThatHasEnoughEndsTheProgramQuietly) {
-  const TemporaryFolder folder;
+TEST_F(Streams, AReaderThatHasEnoughEndsTheProgramQuietly) {
   const fs::path errors{folder / "errors"};
   const fs::path code{folder / "code"};
   signal(SIGPIPE, SIG_DFL);  // independent of the test's environment
@@ -134,8 +132,7 @@ Process tool_into(const std::string& stream, const std::string& words) {
 
 constexpr std::chrono::seconds far_more_than_a_stop_takes{20};
 
-TEST(Streams, AStopWorksWhileTheirReaderStalls) {
-  const TemporaryFolder folder;
+TEST_F(Streams, AStopWorksWhileTheirReaderStalls) {
   const auto name = [&](const char* part) { return quoted((folder / part).string()); };
   const std::string many{quoted(small_scene("street", "&frames=5000"))};
   run_well({"simulate", small_scene("street", "&frames=4"), "--out", folder / "drive", "--no-truth"});
@@ -158,8 +155,7 @@ TEST(Streams, AStopWorksWhileTheirReaderStalls) {
   EXPECT_THAT(text_of(folder / "live.mcap"), ::testing::EndsWith("\x89MCAP0\r\n")) << "closed";
 }
 
-TEST(Streams, ARunGoesOnWhileTheirReaderStalls) {
-  const TemporaryFolder folder;
+TEST_F(Streams, ARunGoesOnWhileTheirReaderStalls) {
   const StalledPipe pipe;
   const std::string out{quoted((folder / "run").string())};
   Process process{tool_into(pipe.name(), "run " + quoted(small_scene("street", "&frames=9")) + " --out " + out)};
@@ -168,8 +164,7 @@ TEST(Streams, ARunGoesOnWhileTheirReaderStalls) {
   EXPECT_EQ(json_of(folder / "run" / "run.json")["frames"]["complete"], true);
 }
 
-TEST(Streams, NothingIsLostWhereTheReaderGoesOn) {
-  const TemporaryFolder folder;
+TEST_F(Streams, NothingIsLostWhereTheReaderGoesOn) {
   const StalledPipe pipe;
   const std::string run{"run " + quoted(small_scene("street", "&frames=9")) + " --set grid.length_m=5 --out " +
                         quoted((folder / "run").string())};
@@ -182,7 +177,7 @@ TEST(Streams, NothingIsLostWhereTheReaderGoesOn) {
   EXPECT_THAT(text, ::testing::Not(HasSubstr("dropped")));
 }
 
-TEST(Streams, AnErrorWaitsForItsReaderButNotForever) {
+TEST_F(Streams, AnErrorWaitsForItsReaderButNotForever) {
   const StalledPipe pipe;
   Process patient{tool_into(pipe.name(), "info /nowhere")};
   EXPECT_EQ(patient.wait_for(far_more_than_a_stop_takes), 65);
@@ -193,7 +188,7 @@ TEST(Streams, AnErrorWaitsForItsReaderButNotForever) {
   EXPECT_THAT(text, HasSubstr("/nowhere: there is no such file or folder"));
 }
 
-TEST(Streams, OutputWaitsForAReaderThatPages) {
+TEST_F(Streams, OutputWaitsForAReaderThatPages) {
   const StalledPipe pipe;
   Process process{tool_into(pipe.name(), "config --markdown")};
   EXPECT_EQ(process.wait_for(std::chrono::milliseconds{1500}), std::nullopt);

@@ -4,8 +4,6 @@
 #include "backend/reference.hpp"
 #include "chain_run.hpp"
 #include "images/row_alignment/row_alignment.hpp"
-#include "stereogrid/pipeline.hpp"
-#include "stereogrid/scenes/scene.hpp"
 #include "support.hpp"
 
 namespace stereogrid {

@@ -21,11 +21,9 @@ double centre_y(const GridGeometry& grid, int iy) {
 // Largest probability within `reach_m` of a place in the vehicle frame.
 float highest_near(const Image<float>& cells, const GridGeometry& grid, double x_m, double y_m, double reach_m) {
   float highest{0};
-  for (int iy{0}; iy < grid.ny; ++iy) {
-    for (int ix{0}; ix < grid.nx; ++ix) {
-      if (std::hypot(centre_x(grid, ix) - x_m, centre_y(grid, iy) - y_m) <= reach_m) {
-        highest = std::max(highest, cells(ix, iy));
-      }
+  for (const auto [ix, iy] : raster(grid.nx, grid.ny)) {
+    if (std::hypot(centre_x(grid, ix) - x_m, centre_y(grid, iy) - y_m) <= reach_m) {
+      highest = std::max(highest, cells(ix, iy));
     }
   }
   return highest;
@@ -123,13 +121,11 @@ TEST(Chain, IsUnknownBehindAWall) {
   for (std::size_t i{0}; i < 3; ++i) {
     const FrameResult& result{run.step(i)};
     const GridGeometry& grid{result.vehicle.geometry};
-    for (int iy{0}; iy < grid.ny; ++iy) {
-      for (int ix{0}; ix < grid.nx; ++ix) {
-        if (centre_x(grid, ix) < 10 || std::abs(centre_y(grid, iy)) > 5) continue;
-        EXPECT_NEAR(result.observed(ix, iy), 0.5, 0.03);
-        EXPECT_NEAR(result.vehicle.occupancy(ix, iy), 0.5, 0.03);
-        EXPECT_TRUE(std::isinf(result.vehicle.age_s(ix, iy)));
-      }
+    for (const auto [ix, iy] : raster(grid.nx, grid.ny)) {
+      if (centre_x(grid, ix) < 10 || std::abs(centre_y(grid, iy)) > 5) continue;
+      EXPECT_NEAR(result.observed(ix, iy), 0.5, 0.03);
+      EXPECT_NEAR(result.vehicle.occupancy(ix, iy), 0.5, 0.03);
+      EXPECT_TRUE(std::isinf(result.vehicle.age_s(ix, iy)));
     }
     EXPECT_GT(highest_near(result.observed, grid, 8.0, 0.0, 0.3), 0.75);
     EXPECT_LT(highest_near(result.observed, grid, 5.0, 0.0, 0.5), 0.3);
@@ -185,14 +181,12 @@ TEST(Chain, StandingThingsStandWhileTheCarMoves) {
     const FrameTruth truth{run.scene.truth(i)};
     EXPECT_NEAR(result.world_from_vehicle.x_m, truth.ego.world_from_vehicle.x_m, 1e-9);
     if (i < 5) continue;
-    for (int iy{0}; iy < result.vehicle.occupancy.height(); ++iy) {
-      for (int ix{0}; ix < result.vehicle.occupancy.width(); ++ix) {
-        const bool stands{truth.velocity_x(ix, iy) == 0 && truth.velocity_y(ix, iy) == 0};
-        if (!stands || !is_cell(truth.state, ix, iy, TruthCell::seen_occupied)) continue;
-        if (result.vehicle.occupancy(ix, iy) < 0.6f) continue;
-        ++cells;
-        moving += std::hypot(result.vehicle.velocity_x(ix, iy), result.vehicle.velocity_y(ix, iy)) > 1 ? 1 : 0;
-      }
+    for (const auto [ix, iy] : raster(result.vehicle.occupancy)) {
+      const bool stands{truth.velocity_x(ix, iy) == 0 && truth.velocity_y(ix, iy) == 0};
+      if (!stands || !is_cell(truth.state, ix, iy, TruthCell::seen_occupied)) continue;
+      if (result.vehicle.occupancy(ix, iy) < 0.6f) continue;
+      ++cells;
+      moving += std::hypot(result.vehicle.velocity_x(ix, iy), result.vehicle.velocity_y(ix, iy)) > 1 ? 1 : 0;
     }
   }
   EXPECT_GT(cells, 1000);

@@ -76,14 +76,12 @@ INSTANTIATE_TEST_SUITE_P(Drives, NeverObservedOfDrives,
 Image<std::uint8_t> blurred(const Image<std::uint8_t>& sharp) {
   constexpr int reach{2};
   Image<std::uint8_t> soft{sharp};
-  for (int v{reach}; v < sharp.height() - reach; ++v) {
-    for (int u{reach}; u < sharp.width() - reach; ++u) {
-      int sum{0};
-      for (int dv{-reach}; dv <= reach; ++dv) {
-        for (int du{-reach}; du <= reach; ++du) sum += sharp(u + du, v + dv);
-      }
-      soft(u, v) = static_cast<std::uint8_t>(sum / 25);
+  for (const auto [u, v] : raster(reach, sharp.width() - reach, reach, sharp.height() - reach)) {
+    int sum{0};
+    for (int dv{-reach}; dv <= reach; ++dv) {
+      for (int du{-reach}; du <= reach; ++du) sum += sharp(u + du, v + dv);
     }
+    soft(u, v) = static_cast<std::uint8_t>(sum / 25);
   }
   return soft;
 }

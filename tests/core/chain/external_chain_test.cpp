@@ -2,7 +2,6 @@
 //
 // The whole pipeline on disparities that are given: those of scenes, which are exact.
 #include "stereogrid/error.hpp"
-#include "stereogrid/pipeline.hpp"
 #include "stereogrid/scenes/scene.hpp"
 #include "support.hpp"
 
@@ -22,13 +21,11 @@ StereoFrame given_frame(const Scene& scene, std::size_t index) {
 class LogLoss {
  public:
   void add(const FrameTruth& truth, const Image<float>& observed) {
-    for (int iy{0}; iy < observed.height(); ++iy) {
-      for (int ix{0}; ix < observed.width(); ++ix) {
-        const auto state{static_cast<TruthCell>(truth.state(ix, iy))};
-        const double p{std::clamp(static_cast<double>(observed(ix, iy)), 0.001, 0.999)};
-        if (state == TruthCell::seen_occupied) add_to(occupied_, occupied_count_, -std::log(p));
-        if (state == TruthCell::seen_free) add_to(free_, free_count_, -std::log(1 - p));
-      }
+    for (const auto [ix, iy] : raster(observed)) {
+      const auto state{static_cast<TruthCell>(truth.state(ix, iy))};
+      const double p{std::clamp(static_cast<double>(observed(ix, iy)), 0.001, 0.999)};
+      if (state == TruthCell::seen_occupied) add_to(occupied_, occupied_count_, -std::log(p));
+      if (state == TruthCell::seen_free) add_to(free_, free_count_, -std::log(1 - p));
     }
   }
   [[nodiscard]] double mean() const { return (occupied_ / occupied_count_ + free_ / free_count_) / 2; }
@@ -79,13 +76,11 @@ TEST(GivenChain, RoadAndObstaclesAreDistinguished) {
       int called_obstacle{0};
       int matched_as_obstacle{0};
       const Image<float>& matched{matching.process(scene.load(i)).stages.obstacle_disparity};
-      for (int v{0}; v < truth.label.height(); ++v) {
-        for (int u{0}; u < truth.label.width(); ++u) {
-          if (static_cast<TruthLabel>(truth.label(u, v)) != TruthLabel::road) continue;
-          ++road;
-          called_obstacle += result.stages.obstacle_disparity(u, v) > 0 ? 1 : 0;
-          matched_as_obstacle += matched(u, v) > 0 ? 1 : 0;
-        }
+      for (const auto [u, v] : raster(truth.label)) {
+        if (static_cast<TruthLabel>(truth.label(u, v)) != TruthLabel::road) continue;
+        ++road;
+        called_obstacle += result.stages.obstacle_disparity(u, v) > 0 ? 1 : 0;
+        matched_as_obstacle += matched(u, v) > 0 ? 1 : 0;
       }
       EXPECT_LT(called_obstacle, 0.006 * road) << "a row at the feet of obstacles";
       EXPECT_LT(called_obstacle, matched_as_obstacle);

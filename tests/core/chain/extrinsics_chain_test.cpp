@@ -96,13 +96,11 @@ TEST(ExtrinsicsChain, TheGroundOfAResultIsThatOfItsDisparities) {
     const FrameResult& result{drive.step(frame)};
     const RoadPlane plane{road_plane(result.level_rig, result.ground)};
     int road{0};
-    for (int v{0}; v < result.stages.road_disparity.height(); ++v) {
-      for (int u{0}; u < result.stages.road_disparity.width(); ++u) {
-        const float d{result.stages.road_disparity(u, v)};
-        if (!(d > 0)) continue;
-        ++road;
-        ASSERT_NEAR(d, plane.disparity(u, v), road_margin_px + 1) << frame << ": " << u << ", " << v;
-      }
+    for (const auto [u, v] : raster(result.stages.road_disparity)) {
+      const float d{result.stages.road_disparity(u, v)};
+      if (!(d > 0)) continue;
+      ++road;
+      ASSERT_NEAR(d, plane.disparity(u, v), road_margin_px + 1) << frame << ": " << u << ", " << v;
     }
     EXPECT_GT(road, 1000) << frame;
   }

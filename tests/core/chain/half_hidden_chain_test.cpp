@@ -43,12 +43,10 @@ void expect_a_nearer_obstacle(const Person& person, const FrameResult& result) {
 float at_person(const Person& person, const FrameResult& result, const Image<float>& cells) {
   const GridGeometry& grid{result.vehicle.geometry};
   float highest{0};
-  for (int iy{0}; iy < grid.ny; ++iy) {
-    for (int ix{0}; ix < grid.nx; ++ix) {
-      const double x{grid.x_min_m + (ix + 0.5) * grid.cell_size_m - person.pose.x_m};
-      const double y{grid.y_min_m + (iy + 0.5) * grid.cell_size_m - person.pose.y_m};
-      if (std::hypot(x, y) <= 0.25) highest = std::max(highest, cells(ix, iy));
-    }
+  for (const auto [ix, iy] : raster(grid.nx, grid.ny)) {
+    const double x{grid.x_min_m + (ix + 0.5) * grid.cell_size_m - person.pose.x_m};
+    const double y{grid.y_min_m + (iy + 0.5) * grid.cell_size_m - person.pose.y_m};
+    if (std::hypot(x, y) <= 0.25) highest = std::max(highest, cells(ix, iy));
   }
   return highest;
 }

@@ -15,9 +15,7 @@ constexpr const char* street{"street?width=320&height=160&frames=8"};
 
 Mask mask_of(const Rig& rig, const auto& is_masked) {
   Mask mask{rig.width_px, rig.height_px, 255};
-  for (int v{0}; v < rig.height_px; ++v) {
-    for (int u{0}; u < rig.width_px; ++u) mask(u, v) = is_masked(u, v) ? 0 : 255;
-  }
+  for (const auto [u, v] : raster(rig.width_px, rig.height_px)) mask(u, v) = is_masked(u, v) ? 0 : 255;
   return mask;
 }
 
@@ -47,12 +45,10 @@ TEST(MaskChain, MaskedPixelsHaveNoDisparity) {
       const StereoFrame frame{is_given ? given_frame(scene, i) : scene.load(i)};
       const FrameResult& result{cpu.process(frame)};
       int elsewhere{0};
-      for (int v{0}; v < 100; ++v) {
-        for (int u{0}; u < 160; ++u) {
-          const bool has{has_disparity(result, u, v)};
-          EXPECT_FALSE(has && is_masked(u, v)) << u << " " << v;
-          elsewhere += has ? 1 : 0;
-        }
+      for (const auto [u, v] : raster(160, 100)) {
+        const bool has{has_disparity(result, u, v)};
+        EXPECT_FALSE(has && is_masked(u, v)) << u << " " << v;
+        elsewhere += has ? 1 : 0;
       }
       EXPECT_GT(elsewhere, 3000);
       expect_equal(result, reference.process(frame));
@@ -80,14 +76,12 @@ TEST(MaskChain, WhatIsSeenThroughItAloneStaysUnknown) {
   const FrameResult& unseen{masked.process(scene.load(0))};
   const GridGeometry& grid{seen.vehicle.geometry};
   float highest{0};
-  for (int iy{0}; iy < grid.ny; ++iy) {
-    for (int ix{0}; ix < grid.nx; ++ix) {
-      const Point2 centre{grid.centre(ix, iy)};
-      if (centre.x < 4 || centre.x > 7 || std::abs(centre.y) > 0.05 * centre.x) continue;
-      highest = std::max(highest, seen.observed(ix, iy));
-      EXPECT_NEAR(unseen.observed(ix, iy), 0.5f, 0.02f) << centre.x << " " << centre.y;
-      EXPECT_FALSE(std::isfinite(unseen.vehicle.age_s(ix, iy))) << centre.x << " " << centre.y;
-    }
+  for (const auto [ix, iy] : raster(grid.nx, grid.ny)) {
+    const Point2 centre{grid.centre(ix, iy)};
+    if (centre.x < 4 || centre.x > 7 || std::abs(centre.y) > 0.05 * centre.x) continue;
+    highest = std::max(highest, seen.observed(ix, iy));
+    EXPECT_NEAR(unseen.observed(ix, iy), 0.5f, 0.02f) << centre.x << " " << centre.y;
+    EXPECT_FALSE(std::isfinite(unseen.vehicle.age_s(ix, iy))) << centre.x << " " << centre.y;
   }
   EXPECT_GT(highest, 0.9f) << "the crate's face lies there";
 }
@@ -100,14 +94,11 @@ TEST(MaskChain, IsGivenInTheImageOfAPitchedCamera) {
   const LevelMapping mapping{pipeline.next_rig()};
   ASSERT_FALSE(mapping.is_identity());
   int near_it{0};
-  for (int v{0}; v < result.level_rig.height_px; ++v) {
-    for (int u{0}; u < result.level_rig.width_px; ++u) {
-      const std::optional<ImagePoint> place{
-          mapping.camera_from_level({static_cast<double>(u), static_cast<double>(v)})};
-      if (!place || !has_disparity(result, u, v)) continue;
-      EXPECT_FALSE(place->v > 120.5 && place->u > 100.5) << u << " " << v;
-      near_it += place->v > 120 && place->u < 99 ? 1 : 0;
-    }
+  for (const auto [u, v] : raster(result.level_rig.width_px, result.level_rig.height_px)) {
+    const std::optional<ImagePoint> place{mapping.camera_from_level({static_cast<double>(u), static_cast<double>(v)})};
+    if (!place || !has_disparity(result, u, v)) continue;
+    EXPECT_FALSE(place->v > 120.5 && place->u > 100.5) << u << " " << v;
+    near_it += place->v > 120 && place->u < 99 ? 1 : 0;
   }
   EXPECT_GT(near_it, 500) << "beside the mask";
 }
@@ -148,9 +139,7 @@ TEST(MaskChain, WhatItHidesDoesNotSpeakAgainstTheFrame) {
     StereoFrame frame{scene.load(i)};
     for (Image<std::uint8_t>* image : {&frame.left, &frame.right}) {
       const Image<std::uint8_t> noise{noise_image(320, 200, generator)};
-      for (int v{0}; v < 200; ++v) {
-        for (int u{0}; u < 320; ++u) (*image)(u, v) = is_masked(u, v) ? noise(u, v) : (*image)(u, v);
-      }
+      for (const auto [u, v] : raster(320, 200)) (*image)(u, v) = is_masked(u, v) ? noise(u, v) : (*image)(u, v);
     }
     EXPECT_EQ(std::ranges::count(plain.process(frame).status, FrameStatus::few_matches), 1) << "frame " << i;
     EXPECT_TRUE(masked.process(frame).status.empty()) << "frame " << i;

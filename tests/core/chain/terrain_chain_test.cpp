@@ -36,14 +36,12 @@ double share_of(const FrameResult& result, double from_m, double to_m, const IsW
   const GridGeometry& grid{result.vehicle.geometry};
   int all{0};
   int wanted{0};
-  for (int iy{0}; iy < grid.ny; ++iy) {
-    for (int ix{0}; ix < grid.nx; ++ix) {
-      const double x{grid.x_min_m + (ix + 0.5) * grid.cell_size_m};
-      const double y{grid.y_min_m + (iy + 0.5) * grid.cell_size_m};
-      if (x < from_m || x > to_m || std::abs(y) > 1) continue;
-      ++all;
-      wanted += is_wanted(result.observed(ix, iy)) ? 1 : 0;
-    }
+  for (const auto [ix, iy] : raster(grid.nx, grid.ny)) {
+    const double x{grid.x_min_m + (ix + 0.5) * grid.cell_size_m};
+    const double y{grid.y_min_m + (iy + 0.5) * grid.cell_size_m};
+    if (x < from_m || x > to_m || std::abs(y) > 1) continue;
+    ++all;
+    wanted += is_wanted(result.observed(ix, iy)) ? 1 : 0;
   }
   return all > 0 ? static_cast<double>(wanted) / all : 0;
 }
@@ -156,12 +154,10 @@ TEST(Terrain, HazardsOfAFrameAreNotFreeInTheFilteredGrid) {
     int cells{0};
     for (std::size_t frame{0}; frame < scene.size(); ++frame) {
       const FrameResult& result{pipeline.process(scene.load(frame))};
-      for (int iy{0}; iy < result.terrain.height(); ++iy) {
-        for (int ix{0}; ix < result.terrain.width(); ++ix) {
-          if (result.terrain(ix, iy) != kind) continue;
-          ++cells;
-          EXPECT_GE(result.vehicle.occupancy(ix, iy), least) << frame << ": " << ix << " " << iy;
-        }
+      for (const auto [ix, iy] : raster(result.terrain)) {
+        if (result.terrain(ix, iy) != kind) continue;
+        ++cells;
+        EXPECT_GE(result.vehicle.occupancy(ix, iy), least) << frame << ": " << ix << " " << iy;
       }
     }
     return cells;

@@ -49,9 +49,7 @@ std::vector<Spoilt> spoilt_pairs() {
     frame.right = noise_image(frame.left.width(), frame.left.height(), generator);
   };
   const auto stripes = [](StereoFrame& frame) {
-    for (int v{0}; v < frame.left.height(); ++v) {
-      for (int u{0}; u < frame.left.width(); ++u) frame.left(u, v) = frame.right(u, v) = u / 8 % 2 == 0 ? 40 : 200;
-    }
+    for (const auto [u, v] : raster(frame.left)) frame.left(u, v) = frame.right(u, v) = u / 8 % 2 == 0 ? 40 : 200;
   };
   const auto rows_off = [](StereoFrame& frame) {
     std::rotate(frame.right.begin(), frame.right.begin() + 12 * frame.right.width(), frame.right.end());

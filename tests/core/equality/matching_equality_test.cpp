@@ -149,11 +149,9 @@ TEST(MatchingTargets, EveryWindow) {
 // Everything differs, so the sums are the largest there are.
 Pair opposed_pair(Size size) {
   Pair pair{Image<std::uint8_t>{size.width, size.height}, Image<std::uint8_t>{size.width, size.height}};
-  for (int v{0}; v < size.height; ++v) {
-    for (int u{0}; u < size.width; ++u) {
-      pair.left(u, v) = static_cast<std::uint8_t>(5 * u + 7 * v);
-      pair.right(u, v) = static_cast<std::uint8_t>(255 - 5 * u - 7 * v);
-    }
+  for (const auto [u, v] : raster(size.width, size.height)) {
+    pair.left(u, v) = static_cast<std::uint8_t>(5 * u + 7 * v);
+    pair.right(u, v) = static_cast<std::uint8_t>(255 - 5 * u - 7 * v);
   }
   return pair;
 }

@@ -5,7 +5,6 @@
 #include "backend/cpu.hpp"
 #include "backend/reference.hpp"
 #include "filter_run.hpp"
-#include "geometry/relief.hpp"
 #include "images/patch.hpp"
 #include "plain_places.hpp"
 #include "support.hpp"
@@ -34,11 +33,9 @@ struct Random {
 
 Image<std::uint8_t> smooth_noise(Random& random) {
   Image<std::uint8_t> image{pitch, height};
-  for (int v{0}; v < height; ++v) {
-    for (int u{0}; u < pitch; ++u) {
-      const double wave{50 * std::sin(0.4 * u + 0.3 * v) + 40 * std::cos(0.5 * v - 0.2 * u)};
-      image(u, v) = static_cast<std::uint8_t>(120 + wave + random.between(0, 20));
-    }
+  for (const auto [u, v] : raster(pitch, height)) {
+    const double wave{50 * std::sin(0.4 * u + 0.3 * v) + 40 * std::cos(0.5 * v - 0.2 * u)};
+    image(u, v) = static_cast<std::uint8_t>(120 + wave + random.between(0, 20));
   }
   return image;
 }

@@ -7,9 +7,7 @@
 
 #include <algorithm>
 #include <ostream>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include "allocations.hpp"
 #include "stereogrid/pipeline.hpp"

@@ -8,8 +8,7 @@
 namespace stereogrid::test {
 namespace {
 
-using ::testing::HasSubstr;
-using ::testing::Optional;
+using ::testing::HasSubstr, ::testing::Optional;
 
 constexpr double degree{3.14159265358979323846 / 180};
 constexpr double dt_s{0.1};

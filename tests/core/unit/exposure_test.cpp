@@ -6,8 +6,7 @@
 namespace stereogrid::test {
 namespace {
 
-using ::testing::HasSubstr;
-using ::testing::Not;
+using ::testing::HasSubstr, ::testing::Not;
 
 int clipped(double grey) {
   return static_cast<int>(std::clamp(std::round(grey), 0.0, 255.0));

@@ -8,11 +8,7 @@
 namespace stereogrid::test {
 namespace {
 
-using ::testing::Contains;
-using ::testing::ElementsAre;
-using ::testing::Field;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
+using ::testing::Contains, ::testing::ElementsAre, ::testing::Field, ::testing::HasSubstr, ::testing::IsEmpty;
 
 constexpr std::int64_t second_ns{1'000'000'000};
 constexpr std::int64_t frame_ns{second_ns / 10};

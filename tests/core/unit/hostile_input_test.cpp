@@ -7,8 +7,7 @@
 namespace stereogrid::test {
 namespace {
 
-using ::testing::AllOf;
-using ::testing::HasSubstr;
+using ::testing::AllOf, ::testing::HasSubstr;
 
 constexpr double infinity{std::numeric_limits<double>::infinity()};
 constexpr double nan{std::numeric_limits<double>::quiet_NaN()};

@@ -2,7 +2,6 @@
 //
 // The whole pipeline on images smaller than its windows and narrower than its disparities.
 #include "stereogrid/error.hpp"
-#include "stereogrid/pipeline.hpp"
 #include "support.hpp"
 
 namespace stereogrid::test {

@@ -2,7 +2,6 @@
 #include "stereogrid/pixel_view.hpp"
 
 #include "stereogrid/error.hpp"
-#include "stereogrid/frame.hpp"
 #include "support.hpp"
 
 namespace stereogrid::test {
@@ -27,9 +26,7 @@ TEST(PixelView, TakesPartsOfImagesAndImagesUpsideDown) {
   Image<std::uint8_t> part;
   assign(part, {both.row(1) + 20, 15, 4, 40});
   ASSERT_EQ(part.width(), 15);
-  for (int v{0}; v < 4; ++v) {
-    for (int u{0}; u < 15; ++u) ASSERT_EQ(part(u, v), both(u + 20, v + 1));
-  }
+  for (const auto [u, v] : raster(15, 4)) ASSERT_EQ(part(u, v), both(u + 20, v + 1));
   Image<std::uint8_t> upright;
   assign(upright, {both.row(5), 40, 6, -40});
   for (int v{0}; v < 6; ++v) ASSERT_EQ(upright(7, v), both(7, 5 - v));

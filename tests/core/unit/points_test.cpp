@@ -37,10 +37,8 @@ TEST(Points, LieWhereTheDisparitySays) {
 TEST(Points, OfTheRoadHaveNoHeight) {
   FrameResult result{result_with_images()};
   const RoadPlane plane{road_plane(rig, result.ground)};
-  for (int v{24}; v < rig.height_px; ++v) {
-    for (int u{0}; u < rig.width_px; ++u) {
-      result.stages.road_disparity(u, v) = static_cast<float>(std::max(0.0, plane.disparity(u, v)));
-    }
+  for (const auto [u, v] : raster(0, rig.width_px, 24, rig.height_px)) {
+    result.stages.road_disparity(u, v) = static_cast<float>(std::max(0.0, plane.disparity(u, v)));
   }
   const std::vector<LabelledPoint> points{points_of(result, rig)};
   EXPECT_GT(points.size(), 1000u);

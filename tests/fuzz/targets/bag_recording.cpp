@@ -2,8 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <string>
-#include <vector>
 
 #include "stereogrid/mcap/bag.hpp"
 #include "stereogrid/rosbag/rosbag.hpp"

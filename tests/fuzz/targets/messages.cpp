@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <string>
 
 #include "../messages/random_filler.hpp"
 #include "stereogrid/messages/cdr.hpp"

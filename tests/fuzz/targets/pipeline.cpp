@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereogrid/pipeline.hpp"
-
 #include <algorithm>
 #include <optional>
 

@@ -2,7 +2,6 @@
 // What is wrong with the calibrations of other tools: each error_text names the file, what is wrong, and what would
 // mend it.
 #include "calibration/calibration_writers.hpp"
-#include "stereogrid/io/calibration.hpp"
 #include "support.hpp"
 
 namespace stereogrid::io::testing {

@@ -2,10 +2,8 @@
 // The same cameras, written as each tool writes them, are the same cameras.
 #include <algorithm>
 #include <cstdlib>
-#include <optional>
 
 #include "calibration/calibration_writers.hpp"
-#include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/io/rectifier.hpp"
 #include "stereogrid/pipeline.hpp"
@@ -15,9 +13,7 @@
 namespace stereogrid::io::testing {
 namespace {
 
-using ::testing::Contains;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
+using ::testing::Contains, ::testing::HasSubstr, ::testing::IsEmpty;
 
 const std::vector<double> radtan_left{-0.2, 0.05, 0.001, -0.0005};
 const std::vector<double> radtan_right{-0.18, 0.04, 0, 0.0008};

@@ -6,16 +6,12 @@
 #include <functional>
 
 #include "calibration/calibration_writers.hpp"
-#include "stereogrid/io/calibration.hpp"
 #include "support.hpp"
 
 namespace stereogrid::io::testing {
 namespace {
 
-using ::testing::AllOf;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
+using ::testing::AllOf, ::testing::ElementsAre, ::testing::HasSubstr, ::testing::IsEmpty;
 
 struct Size {
   int width_px;

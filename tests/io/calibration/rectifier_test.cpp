@@ -7,7 +7,6 @@
 #include <opencv2/imgproc.hpp>
 
 #include "stereogrid/io/calibration.hpp"
-#include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "support.hpp"
 
@@ -38,12 +37,10 @@ Image<std::uint8_t> dots(const std::vector<cv::Point3d>& points, const CameraMod
     cv::projectPoints(points, turn, shift, k, camera.distortion, centres);
   }
   Image<std::uint8_t> image{width_px, height_px, 0};
-  for (int v{0}; v < height_px; ++v) {
-    for (int u{0}; u < width_px; ++u) {
-      double value{0};
-      for (const auto& c : centres) value += 250 * std::exp(-((u - c.x) * (u - c.x) + (v - c.y) * (v - c.y)) / 18);
-      image(u, v) = static_cast<std::uint8_t>(std::min(value, 255.0));
-    }
+  for (const auto [u, v] : raster(width_px, height_px)) {
+    double value{0};
+    for (const auto& c : centres) value += 250 * std::exp(-((u - c.x) * (u - c.x) + (v - c.y) * (v - c.y)) / 18);
+    image(u, v) = static_cast<std::uint8_t>(std::min(value, 255.0));
   }
   return image;
 }

@@ -1,14 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <gtest/gtest.h>
-
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <random>
-#include <vector>
 
 #include "files/formats.hpp"
-#include "stereogrid/error.hpp"
-#include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/ros_image.hpp"
 #include "stereogrid/opencv.hpp"
 #include "stereogrid/pixel_view.hpp"
@@ -198,9 +193,8 @@ TEST(DecodeImage, WrongByteOrderIsCorrected) {
   constexpr int width{64};
   constexpr int height{48};
   cv::Mat smooth(height, width, CV_16UC1);
-  for (int v{0}; v < height; ++v) {
-    for (int u{0}; u < width; ++u) smooth.at<std::uint16_t>(v, u) = static_cast<std::uint16_t>(300 + 37 * u + 11 * v);
-  }
+  for (const auto [u, v] : raster(width, height))
+    smooth.at<std::uint16_t>(v, u) = static_cast<std::uint16_t>(300 + 37 * u + 11 * v);
   const auto decoded{[&](const cv::Mat& samples, bool is_bigendian) {
     return decode_ros_image(
         {"mono16", {samples.data, samples.total() * 2}, false, width, height, 2 * width, is_bigendian}, "image");
@@ -229,9 +223,7 @@ cv::Mat random_image(int rows, int columns, int type) {
 void expect_equal(const Image<std::uint8_t>& image, const cv::Mat& expected) {
   ASSERT_EQ(image.width(), expected.cols);
   ASSERT_EQ(image.height(), expected.rows);
-  for (int v{0}; v < image.height(); ++v) {
-    for (int u{0}; u < image.width(); ++u) ASSERT_EQ(image(u, v), expected.at<std::uint8_t>(v, u)) << u << " " << v;
-  }
+  for (const auto [u, v] : raster(image)) ASSERT_EQ(image(u, v), expected.at<std::uint8_t>(v, u)) << u << " " << v;
 }
 
 TEST(PixelView, ColourIsGreyAsOpencvMakesIt) {
@@ -265,9 +257,7 @@ TEST(PixelView, SixteenBitImagesAreScaled) {
   const cv::Mat deep{random_image(30, 33, CV_16UC1)};
   Image<std::uint8_t> image;
   assign(image, view_of(deep));
-  for (int v{0}; v < deep.rows; ++v) {
-    for (int u{0}; u < deep.cols; ++u) ASSERT_EQ(image(u, v), deep.at<std::uint16_t>(v, u) >> 8);
-  }
+  for (const auto [u, v] : raster(deep.cols, deep.rows)) ASSERT_EQ(image(u, v), deep.at<std::uint16_t>(v, u) >> 8);
   assign(image, view_of(deep, 12));
   EXPECT_EQ(image(4, 5), std::min(deep.at<std::uint16_t>(5, 4) >> 4, 255));
 }

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereogrid/io/image_file.hpp"
-
 #include <bit>
 #include <cstring>
 #include <limits>
@@ -18,10 +16,8 @@ constexpr int height_px{17};
 // Multiples of 1/256, so that every format holds them exactly; some pixels without a disparity.
 Image<float> sample() {
   Image<float> image{width_px, height_px};
-  for (int v{0}; v < height_px; ++v) {
-    for (int u{0}; u < width_px; ++u) {
-      image(u, v) = (u + v) % 7 == 0 ? 0.0F : static_cast<float>(64 + 128 * u + v) / 256;
-    }
+  for (const auto [u, v] : raster(width_px, height_px)) {
+    image(u, v) = (u + v) % 7 == 0 ? 0.0F : static_cast<float>(64 + 128 * u + v) / 256;
   }
   return image;
 }

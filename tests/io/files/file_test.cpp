@@ -5,11 +5,8 @@
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
 
-#include <cerrno>
-#include <fstream>
 #include <functional>
 #include <sstream>
-#include <system_error>
 #include <thread>
 
 #include "stereogrid/io/paths.hpp"
@@ -17,6 +14,10 @@
 
 namespace stereogrid::io::testing {
 namespace {
+
+using Paths = FolderTest;
+using ReadFile = FolderTest;
+using WriteFile = FolderTest;
 
 std::string content_of(const fs::path& path) {
   std::ostringstream text;
@@ -32,8 +33,7 @@ void refused(const fs::path& path, std::initializer_list<std::string_view> parts
   expect_error([&] { static_cast<void>(read_file(path, most)); }, parts);
 }
 
-TEST(ReadFile, ReadsRegularFilesOnly) {
-  const TemporaryFolder folder;
+TEST_F(ReadFile, ReadsRegularFilesOnly) {
   ASSERT_EQ(::mkfifo((folder / "fifo").c_str(), 0600), 0);
   refused(folder / "fifo", {"fifo", "FIFO", "Copy what it gives"});
   refused("/dev/zero", {"/dev/zero", "device"});
@@ -45,8 +45,7 @@ TEST(ReadFile, ReadsRegularFilesOnly) {
   refused(folder / "a", {"symbolic links"});
 }
 
-TEST(ReadFile, OfBoundedSize) {
-  const TemporaryFolder folder;
+TEST_F(ReadFile, OfBoundedSize) {
   put(folder / "small", std::string(100, 'x'));
   EXPECT_EQ(read_file(folder / "small", 100), std::string(100, 'x'));
   refused(folder / "small", {"small", "most that such a file can have"}, 99);
@@ -57,14 +56,14 @@ TEST(ReadFile, OfBoundedSize) {
 }
 
 // Files of /sys say that they have 4096 bytes and end before, as one that becomes shorter while it is read.
-TEST(ReadFile, NoticesThatAFileWasCutOff) {
+TEST_F(ReadFile, NoticesThatAFileWasCutOff) {
   const fs::path shorter{"/sys/kernel/mm/transparent_hugepage/enabled"};
   std::error_code error;
   if (!fs::exists(shorter, error)) GTEST_SKIP() << "no " << shorter;
   refused(shorter, {"of its 4096 bytes", "cut off while it was read"}, 5000);
 }
 
-TEST(ReadFile, SeparatesTemporaryFromLastingErrors) {
+TEST_F(ReadFile, SeparatesTemporaryFromLastingErrors) {
   expect_error<DeviceError>([] { static_cast<void>(read_file("/proc/self/mem")); }, {"nput/output", "try again"});
 }
 
@@ -76,8 +75,7 @@ TEST(ReadText, IsWithoutAByteOrderMark) {
   EXPECT_EQ(read_text(folder / "b", 100), "\xef\xbb");
 }
 
-TEST(WriteFile, FollowsSymbolicLinks) {
-  const TemporaryFolder folder;
+TEST_F(WriteFile, FollowsSymbolicLinks) {
   put(folder / "there" / "target", "old");
   fs::create_symlink("there/target", folder / "link");
   fs::create_symlink(folder / "link", folder / "chain");
@@ -97,8 +95,7 @@ TEST(WriteFile, FollowsSymbolicLinks) {
   EXPECT_TRUE(fs::is_symlink(folder / "circle"));
 }
 
-TEST(WriteFile, LeavesAFifoWhatItIs) {
-  const TemporaryFolder folder;
+TEST_F(WriteFile, LeavesAFifoWhatItIs) {
   const fs::path fifo{folder / "fifo"};
   ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
   std::string got;
@@ -111,8 +108,7 @@ TEST(WriteFile, LeavesAFifoWhatItIs) {
 }
 
 // Uses a device of its own: an error would remove the machine's /dev/full.
-TEST(WriteFile, LeavesADeviceWhatItIs) {
-  const TemporaryFolder folder;
+TEST_F(WriteFile, LeavesADeviceWhatItIs) {
   const fs::path full{folder / "full"};
   if (::mknod(full.c_str(), S_IFCHR | 0600, ::makedev(1, 7)) != 0) GTEST_SKIP() << "only root makes devices";
   expect_error<DeviceError>([&] { write_file(full, "x"); }, {"full: cannot be written"});
@@ -120,8 +116,7 @@ TEST(WriteFile, LeavesADeviceWhatItIs) {
   EXPECT_EQ(files_in(folder.path()), 1);
 }
 
-TEST(WriteFile, KeepsThePermissionsOfAFileThatItReplaces) {
-  const TemporaryFolder folder;
+TEST_F(WriteFile, KeepsThePermissionsOfAFileThatItReplaces) {
   put(folder / "secret", "old");
   fs::permissions(folder / "secret", fs::perms{0600});
   write_file(folder / "secret", "new");
@@ -129,8 +124,7 @@ TEST(WriteFile, KeepsThePermissionsOfAFileThatItReplaces) {
   EXPECT_EQ(fs::status(folder / "secret").permissions(), fs::perms{0600});
 }
 
-TEST(WriteFile, TakesEveryNameThatTheFileSystemTakes) {
-  const TemporaryFolder folder;
+TEST_F(WriteFile, TakesEveryNameThatTheFileSystemTakes) {
   for (const std::size_t length : {1U, 200U, 242U, 246U, 247U, 248U, 255U}) {
     const fs::path path{folder / std::string(length, 'n')};
     write_file(path, "long");
@@ -140,8 +134,7 @@ TEST(WriteFile, TakesEveryNameThatTheFileSystemTakes) {
   expect_error<DeviceError>([&] { write_file(folder / std::string(256, 'n'), "x"); }, {"name too long"});
 }
 
-TEST(WriteFile, RefusesAFolder) {
-  const TemporaryFolder folder;
+TEST_F(WriteFile, RefusesAFolder) {
   fs::create_directory(folder / "a");
   expect_error<DeviceError>([&] { write_file(folder / "a", "x"); }, {"is a folder", "Name a file"});
   EXPECT_TRUE(fs::is_empty(folder / "a"));
@@ -161,7 +154,7 @@ const auto all_queries = [](const fs::path& path) {
       [path] { static_cast<void>(entries_of(path)); }};
 };
 
-TEST(Paths, TemporaryIsAllButAWrongPathAndAMissingPermission) {
+TEST_F(Paths, TemporaryIsAllButAWrongPathAndAMissingPermission) {
   for (const int error : {EIO, ESTALE, EMFILE, ENFILE, ETIMEDOUT, ENOMEM, EPERM}) {
     EXPECT_TRUE(is_temporary(error)) << error;
     expect_error<DeviceError>([error] { throw_unreadable("drive/left", error); }, {"drive/left: ", "try again"});
@@ -172,8 +165,7 @@ TEST(Paths, TemporaryIsAllButAWrongPathAndAMissingPermission) {
   }
 }
 
-TEST(Paths, AreOfAKind) {
-  const TemporaryFolder folder;
+TEST_F(Paths, AreOfAKind) {
   put(folder / "full" / "file", "bytes");
   fs::create_directory(folder / "empty");
   fs::create_directory_symlink("full", folder / "link");
@@ -202,8 +194,7 @@ TEST(Paths, AreOfAKind) {
   EXPECT_EQ(first_bytes(folder / "full" / "file", 100), "bytes");
 }
 
-TEST(Paths, ThatCannotBeReadAreNotTakenForMissing) {
-  const TemporaryFolder folder;
+TEST_F(Paths, ThatCannotBeReadAreNotTakenForMissing) {
   fs::create_symlink("circle", folder / "circle");
   for (const auto& query : all_queries(folder / "circle")) expect_error(query, {"circle", "symbolic links"});
   EXPECT_EQ(first_bytes(folder / "circle", 3), "") << "of no known format";
@@ -211,8 +202,7 @@ TEST(Paths, ThatCannotBeReadAreNotTakenForMissing) {
   expect_error([&] { static_cast<void>(entries_of(folder / "no")); }, {"no: the folder cannot be read"});
 }
 
-TEST(Paths, CanBeReadLaterOnceThereAreDescriptors) {
-  const TemporaryFolder folder;
+TEST_F(Paths, CanBeReadLaterOnceThereAreDescriptors) {
   put(folder / "file", "x");
   rlimit before{};
   ASSERT_EQ(::getrlimit(RLIMIT_NOFILE, &before), 0);
@@ -240,8 +230,7 @@ TEST(Paths, CanBeReadLaterOnceThereAreDescriptors) {
   without_descriptors([&] { listed(folder.path()); });
 }
 
-TEST(Paths, ErrorsOfTheStandardLibraryAreTranslated) {
-  const TemporaryFolder folder;
+TEST_F(Paths, ErrorsOfTheStandardLibraryAreTranslated) {
   expect_error([&] { with_path_errors([&] { return fs::file_size(folder / "no"); }); }, {"no: ", "no such file"});
   EXPECT_EQ(with_path_errors([] { return 3; }), 3);
 }

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereogrid/io/image_file.hpp"
-
 #include <sys/resource.h>
 
 #include <csignal>
@@ -12,6 +10,9 @@
 namespace stereogrid::io::testing {
 namespace {
 
+using File = FolderTest;
+using ImageFile = FolderTest;
+
 using namespace std::string_view_literals;  // for text with zeros in it
 
 template <class T>
@@ -22,8 +23,7 @@ Image<T> ramp(int width, int height, int step) {
   return image;
 }
 
-TEST(ImageFile, GreyPngRoundTripsAtOddSizes) {
-  const TemporaryFolder folder;
+TEST_F(ImageFile, GreyPngRoundTripsAtOddSizes) {
   for (const auto& [width, height] : {std::pair{1, 1}, {7, 5}, {1241, 3}, {33, 17}}) {
     const auto image{ramp<std::uint8_t>(width, height, 7)};
     write_png(folder / "a.png", image);
@@ -31,21 +31,18 @@ TEST(ImageFile, GreyPngRoundTripsAtOddSizes) {
   }
 }
 
-TEST(ImageFile, SixteenBitPngRoundTrips) {
-  const TemporaryFolder folder;
+TEST_F(ImageFile, SixteenBitPngRoundTrips) {
   const auto image{ramp<std::uint16_t>(31, 9, 251)};
   write_png(folder / "a.png", image);
   EXPECT_EQ(read_u16(folder / "a.png"), image);
 }
 
-TEST(ImageFile, EightBitFilesAreWidenedByReadU16) {
-  const TemporaryFolder folder;
+TEST_F(ImageFile, EightBitFilesAreWidenedByReadU16) {
   write_png(folder / "a.png", Image<std::uint8_t>{3, 2, 200});
   EXPECT_EQ(read_u16(folder / "a.png"), (Image<std::uint16_t>{3, 2, 200}));
 }
 
-TEST(ImageFile, ColourPngRoundTripsAndBecomesLuma) {
-  const TemporaryFolder folder;
+TEST_F(ImageFile, ColourPngRoundTripsAndBecomesLuma) {
   RgbImage colour{3, 1, Image<std::uint8_t>{9, 1}};
   colour.pixels(0, 0) = colour.pixels(4, 0) = colour.pixels(8, 0) = 255;  // red, green, blue
   write_png(folder / "a.png", colour);
@@ -57,22 +54,19 @@ TEST(ImageFile, ColourPngRoundTripsAndBecomesLuma) {
   expect_error([&] { static_cast<void>(read_u16(folder / "a.png")); }, {"a.png", "colour"});
 }
 
-TEST(ImageFile, SixteenBitColourBecomesEightBits) {
-  const TemporaryFolder folder;
+TEST_F(ImageFile, SixteenBitColourBecomesEightBits) {
   cv::imwrite((folder / "a.png").string(), cv::Mat(2, 3, CV_16UC3, cv::Scalar(0x1234, 0x1234, 0x1234)));
   EXPECT_EQ(sample_bits(folder / "a.png"), 13);
   EXPECT_EQ(read_grey(folder / "a.png", 16)(2, 1), 0x12);
   EXPECT_EQ(read_rgb(folder / "a.png").pixels(8, 1), 0x12);
 }
 
-TEST(ImageFile, AlphaIsLeftOut) {
-  const TemporaryFolder folder;
+TEST_F(ImageFile, AlphaIsLeftOut) {
   cv::imwrite((folder / "a.png").string(), cv::Mat(2, 3, CV_8UC4, cv::Scalar(90, 90, 90, 0)));
   EXPECT_EQ(read_grey(folder / "a.png"), (Image<std::uint8_t>{3, 2, 90}));
 }
 
-TEST(ImageFile, ScaleOfSixteenBitFiles) {
-  const TemporaryFolder folder;
+TEST_F(ImageFile, ScaleOfSixteenBitFiles) {
   Image<std::uint16_t> image{4, 1, 0};
   image(1, 0) = 1000;
   image(2, 0) = 4095;
@@ -92,8 +86,7 @@ TEST(ImageFile, ScaleOfSixteenBitFiles) {
   EXPECT_EQ(sample_bits(folder / "c.png"), 8);
 }
 
-TEST(ImageFile, Pgm) {
-  const TemporaryFolder folder;
+TEST_F(ImageFile, Pgm) {
   put(folder / "a.pgm", "P5\n# a comment\n3 2\n255\n\x01\x02\x03\x04\x05\xff"sv);
   EXPECT_EQ(read_grey(folder / "a.pgm")(2, 1), 255);
   EXPECT_EQ(read_grey(folder / "a.pgm")(0, 0), 1);
@@ -104,8 +97,7 @@ TEST(ImageFile, Pgm) {
   EXPECT_EQ(read_grey(folder / "c.pgm")(1, 0), 9);
 }
 
-TEST(ImageFile, Jpeg) {
-  const TemporaryFolder folder;
+TEST_F(ImageFile, Jpeg) {
   cv::imwrite((folder / "a.jpg").string(), cv::Mat(37, 51, CV_8UC3, cv::Scalar(120, 120, 120)));
   const auto grey{read_grey(folder / "a.jpg")};
   EXPECT_EQ(grey.width(), 51);
@@ -113,8 +105,7 @@ TEST(ImageFile, Jpeg) {
   EXPECT_NEAR(grey(20, 20), 120, 2);
 }
 
-TEST(ImageFile, AJpegIsReadDespiteWarningsButNotDespiteErrorsAfterThem) {
-  const TemporaryFolder folder;
+TEST_F(ImageFile, AJpegIsReadDespiteWarningsButNotDespiteErrorsAfterThem) {
   cv::imwrite((folder / "a.jpg").string(), cv::Mat(30, 40, CV_8UC1, cv::Scalar(120)));
   std::string bytes{read_file(folder / "a.jpg")};
   const std::size_t table{bytes.find("\xff\xdb\x00\x43"sv)};
@@ -127,8 +118,7 @@ TEST(ImageFile, AJpegIsReadDespiteWarningsButNotDespiteErrorsAfterThem) {
   expect_error([&] { static_cast<void>(read_grey(folder / "error.jpg")); }, {"error.jpg", "damaged"});
 }
 
-TEST(ImageFile, EveryTruncationIsSeenInSilence) {
-  const TemporaryFolder folder;
+TEST_F(ImageFile, EveryTruncationIsSeenInSilence) {
   const StereoFrame frame{textured_pair(40, 30, 0)};
   write_png(folder / "a.png", frame.left);
   cv::imwrite((folder / "a.jpg").string(), cv::Mat(30, 40, CV_8UC1, const_cast<uchar*>(frame.left.data())));
@@ -146,8 +136,7 @@ TEST(ImageFile, EveryTruncationIsSeenInSilence) {
   EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
 }
 
-TEST(ImageFile, EveryFlippedByteOfAPngIsSeenInSilence) {
-  const TemporaryFolder folder;
+TEST_F(ImageFile, EveryFlippedByteOfAPngIsSeenInSilence) {
   write_png(folder / "a.png", textured_pair(20, 10, 0).left);
   const std::string whole{read_file(folder / "a.png")};
   ::testing::internal::CaptureStderr();
@@ -160,8 +149,7 @@ TEST(ImageFile, EveryFlippedByteOfAPngIsSeenInSilence) {
   EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
 }
 
-TEST(ImageFile, OddSideChunksOfAPngAreNotMentioned) {
-  const TemporaryFolder folder;
+TEST_F(ImageFile, OddSideChunksOfAPngAreNotMentioned) {
   const Image<std::uint8_t> image{5, 4, 77};
   write_png(folder / "a.png", image);
   std::string bytes{read_file(folder / "a.png")};
@@ -173,8 +161,7 @@ TEST(ImageFile, OddSideChunksOfAPngAreNotMentioned) {
   EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
 }
 
-TEST(ImageFile, NoImages) {
-  const TemporaryFolder folder;
+TEST_F(ImageFile, NoImages) {
   put(folder / "text.png", "hello");
   put(folder / "empty.png", "");
   expect_error([&] { static_cast<void>(read_grey(folder / "text.png")); }, {"text.png", "not an image", "PNG"});
@@ -204,8 +191,7 @@ class SmallDisk {
   void (*old_handler_)(int){};
 };
 
-TEST(File, FullDiskIsADeviceErrorAndLeavesTheOldFile) {
-  const TemporaryFolder folder;
+TEST_F(File, FullDiskIsADeviceErrorAndLeavesTheOldFile) {
   write_file(folder / "a.txt", "old");
   {
     const SmallDisk disk{1000};
@@ -216,8 +202,7 @@ TEST(File, FullDiskIsADeviceErrorAndLeavesTheOldFile) {
   EXPECT_EQ(std::distance(fs::directory_iterator{folder.path()}, {}), 1) << "the temporary file is gone";
 }
 
-TEST(File, MissingFolderIsADeviceError) {
-  const TemporaryFolder folder;
+TEST_F(File, MissingFolderIsADeviceError) {
   expect_error<DeviceError>(
       [&] {
         write_png(folder / "none" / "a.png", Image<std::uint8_t>{2, 2});
@@ -227,8 +212,7 @@ TEST(File, MissingFolderIsADeviceError) {
   expect_error<DeviceError>([&] { create_folder(folder / "file" / "inside"); }, {"inside"});
 }
 
-TEST(File, RoundTripsAnyBytes) {
-  const TemporaryFolder folder;
+TEST_F(File, RoundTripsAnyBytes) {
   const std::string bytes{"a\0b\r\n\xff", 6};
   write_file(folder / "a", bytes);
   EXPECT_EQ(read_file(folder / "a"), bytes);

@@ -3,19 +3,16 @@
 // Maps are loaded again by the rules of Nav2's map_server (nav2_map_server/src/map_io.cpp).
 #include "stereogrid/io/nav2_map.hpp"
 
-#include <gtest/gtest.h>
-
-#include <cstdint>
 #include <limits>
-#include <vector>
 
 #include "stereogrid/io/file.hpp"
-#include "stereogrid/io/image_file.hpp"
 #include "stereogrid/occupancy_values.hpp"
 #include "support.hpp"
 
 namespace stereogrid::io::testing {
 namespace {
+
+using Nav2Map = FolderTest;
 
 constexpr GridGeometry geometry{-3.3, 12.25, 0.15, 5, 4};
 
@@ -39,17 +36,14 @@ std::string value_of(const std::string& yaml, const std::string& key) {
 std::vector<std::int8_t> loaded(const fs::path& image_path, double occupied_thresh, double free_thresh) {
   const Image<std::uint8_t> image{read_grey(image_path)};
   std::vector<std::int8_t> data;
-  for (int y{0}; y < image.height(); ++y) {
-    for (int x{0}; x < image.width(); ++x) {
-      const double occupied{(255 - image(x, image.height() - y - 1)) / 255.0};
-      data.push_back(occupied > occupied_thresh ? 100 : occupied < free_thresh ? 0 : -1);
-    }
+  for (const auto [x, y] : raster(image)) {
+    const double occupied{(255 - image(x, image.height() - y - 1)) / 255.0};
+    data.push_back(occupied > occupied_thresh ? 100 : occupied < free_thresh ? 0 : -1);
   }
   return data;
 }
 
-TEST(Nav2Map, IsLoadedAsItWas) {
-  const TemporaryFolder folder;
+TEST_F(Nav2Map, IsLoadedAsItWas) {
   const Image<float> cells{some_cells()};
   write_nav2_map(folder / "lot.yaml", geometry, cells.view());
   const std::string yaml{read_text(folder / "lot.yaml", largest_bytes::settings)};
@@ -67,8 +61,7 @@ TEST(Nav2Map, IsLoadedAsItWas) {
   EXPECT_EQ(data[19], -1);
 }
 
-TEST(Nav2Map, HasTheHighestYOnTop) {
-  const TemporaryFolder folder;
+TEST_F(Nav2Map, HasTheHighestYOnTop) {
   Image<float> cells{5, 4, 0.5F};
   cells(1, 3) = 0.9F;
   cells(4, 0) = 0.1F;
@@ -79,8 +72,7 @@ TEST(Nav2Map, HasTheHighestYOnTop) {
   EXPECT_EQ(image(0, 0), 205);
 }
 
-TEST(Nav2Map, RefusesWhatCannotBeOne) {
-  const TemporaryFolder folder;
+TEST_F(Nav2Map, RefusesWhatCannotBeOne) {
   const Image<float> cells{some_cells()};
   GridGeometry other{geometry};
   other.nx = 4;

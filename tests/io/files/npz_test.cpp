@@ -10,6 +10,8 @@
 namespace stereogrid::io::testing {
 namespace {
 
+using Npz = FolderTest;
+
 template <class T>
 void expect_round_trip(const std::vector<T>& values) {
   const TemporaryFolder folder;
@@ -21,7 +23,7 @@ void expect_round_trip(const std::vector<T>& values) {
   EXPECT_EQ(read.template to<T>(), values);
 }
 
-TEST(Npz, RoundTripsEveryType) {
+TEST_F(Npz, RoundTripsEveryType) {
   expect_round_trip<float>({1.5F, -0.0F, std::numeric_limits<float>::infinity(), 3e38F});
   expect_round_trip<double>({1e300, -2.5});
   expect_round_trip<std::int32_t>({-5, 2147483647});
@@ -31,8 +33,7 @@ TEST(Npz, RoundTripsEveryType) {
   expect_round_trip<float>({});
 }
 
-TEST(Npz, HalvesKeepThreeDigits) {
-  const TemporaryFolder folder;
+TEST_F(Npz, HalvesKeepThreeDigits) {
   const std::vector<float> values{0.5F, 1.0F / 3, -12.0625F, 255.0F / 256, std::numeric_limits<float>::infinity()};
   std::vector<Half> halves;
   for (const float value : values) halves.emplace_back(value);
@@ -45,8 +46,7 @@ TEST(Npz, HalvesKeepThreeDigits) {
   EXPECT_EQ(read.to<std::int32_t>().at(2), -12);
 }
 
-TEST(Npz, KeepsShapesAndImages) {
-  const TemporaryFolder folder;
+TEST_F(Npz, KeepsShapesAndImages) {
   Image<float> image{3, 2, 1};
   image(2, 1) = 9;
   const std::vector<double> cube(24, 0.5);
@@ -61,8 +61,7 @@ TEST(Npz, KeepsShapesAndImages) {
   EXPECT_THROW(static_cast<void>(read.at("cube").to_image<float>()), InputError);
 }
 
-TEST(Npz, FloatsThatAnIntegerCannotHoldBecomeItsNearest) {
-  const TemporaryFolder folder;
+TEST_F(Npz, FloatsThatAnIntegerCannotHoldBecomeItsNearest) {
   const std::vector<double> values{-1.5, 2.75, 1e300, std::numeric_limits<double>::quiet_NaN()};
   write_npz(folder / "a.npz", std::vector<NpzArray>{{"a", {values.size()}, values}});
   const NpyArray read{read_npz(folder / "a.npz").at("a")};
@@ -70,8 +69,7 @@ TEST(Npz, FloatsThatAnIntegerCannotHoldBecomeItsNearest) {
   EXPECT_EQ(read.to<std::int64_t>(), (std::vector<std::int64_t>{-1, 2, std::numeric_limits<std::int64_t>::max(), 0}));
 }
 
-TEST(Npz, TheSameArraysGiveTheSameBytes) {
-  const TemporaryFolder folder;
+TEST_F(Npz, TheSameArraysGiveTheSameBytes) {
   const std::vector<float> values(1000, 0.5F);
   const std::vector<NpzArray> arrays{{"a", {10, 100}, values}};
   write_npz(folder / "a.npz", arrays);
@@ -80,8 +78,7 @@ TEST(Npz, TheSameArraysGiveTheSameBytes) {
   EXPECT_LT(fs::file_size(folder / "a.npz"), 1000) << "compressed";
 }
 
-TEST(Npz, NoiseHardlyGrows) {
-  const TemporaryFolder folder;
+TEST_F(Npz, NoiseHardlyGrows) {
   std::mt19937 random{3};
   std::vector<std::int32_t> noise(20000);
   for (std::int32_t& value : noise) value = static_cast<std::int32_t>(random());
@@ -94,21 +91,18 @@ TEST(Npz, NoiseHardlyGrows) {
   EXPECT_LT(fs::file_size(folder / "a.npz"), 90000);
 }
 
-TEST(Npz, ShapeThatDoesNotFitIsABug) {
-  const TemporaryFolder folder;
+TEST_F(Npz, ShapeThatDoesNotFitIsABug) {
   const std::vector<float> values(5);
   EXPECT_THROW(write_npz(folder / "a.npz", std::vector<NpzArray>{{"a", {2, 3}, values}}), std::invalid_argument);
   EXPECT_FALSE(fs::exists(folder / "a.npz"));
 }
 
-TEST(Npz, MissingFolderIsADeviceError) {
-  const TemporaryFolder folder;
+TEST_F(Npz, MissingFolderIsADeviceError) {
   const std::vector<float> values(5);
   EXPECT_THROW(write_npz(folder / "none" / "a.npz", std::vector<NpzArray>{{"a", {5}, values}}), DeviceError);
 }
 
-TEST(Npz, TruncatedFilesAreSeen) {
-  const TemporaryFolder folder;
+TEST_F(Npz, TruncatedFilesAreSeen) {
   std::vector<std::uint16_t> values(500);
   for (std::size_t i{0}; i < values.size(); ++i) values[i] = static_cast<std::uint16_t>(i * i);
   write_npz(folder / "a.npz", std::vector<NpzArray>{{"a", {500}, values}});
@@ -119,8 +113,7 @@ TEST(Npz, TruncatedFilesAreSeen) {
   }
 }
 
-TEST(Npz, DamagedFilesAreSeenOrMakeNoDifference) {
-  const TemporaryFolder folder;
+TEST_F(Npz, DamagedFilesAreSeenOrMakeNoDifference) {
   std::vector<std::uint16_t> values(500);
   for (std::size_t i{0}; i < values.size(); ++i) values[i] = static_cast<std::uint16_t>(i * i);
   write_npz(folder / "a.npz", std::vector<NpzArray>{{"a", {500}, values}});
@@ -140,9 +133,8 @@ TEST(Npz, DamagedFilesAreSeenOrMakeNoDifference) {
   EXPECT_GT(seen, whole.size() / 2);
 }
 
-TEST(Npz, NumpyOpensOurs) {
+TEST_F(Npz, NumpyOpensOurs) {
   if (!has_numpy()) GTEST_SKIP() << "/usr/bin/python3 has no numpy";
-  const TemporaryFolder folder;
   Image<float> image{3, 2, 0.25F};
   image(1, 0) = std::numeric_limits<float>::infinity();
   const std::vector<std::int64_t> stamps{1, -2, 1'700'000'000'000'000'000};
@@ -167,9 +159,8 @@ with np.load(')" + (folder / "a.npz").string() +
 )"));
 }
 
-TEST(Npz, WeOpenNumpys) {
+TEST_F(Npz, WeOpenNumpys) {
   if (!has_numpy()) GTEST_SKIP() << "/usr/bin/python3 has no numpy";
-  const TemporaryFolder folder;
   ASSERT_TRUE(
       run_python("import numpy as np\nnp.random.seed(1)\n"
                  "d = '" +
@@ -196,8 +187,7 @@ TEST(Npz, WeOpenNumpys) {
   expect_error([&] { static_cast<void>(read_npz(folder / "cubes.npz")); }, {"cubes.npz", "column by column"});
 }
 
-TEST(Npz, ArraysThatAreTooLargeTogetherAreRejected) {
-  const TemporaryFolder folder;
+TEST_F(Npz, ArraysThatAreTooLargeTogetherAreRejected) {
   const std::vector<float> values(std::size_t{1} << 18);
   write_npz(folder / "a.npz",
             std::vector<NpzArray>{{"first", {values.size()}, values}, {"second", {values.size()}, values}});
@@ -207,8 +197,7 @@ TEST(Npz, ArraysThatAreTooLargeTogetherAreRejected) {
                {"a.npz, array second.npy", "the most that is read"});
 }
 
-TEST(Npz, NoArchive) {
-  const TemporaryFolder folder;
+TEST_F(Npz, NoArchive) {
   put(folder / "text.npz", "hello");
   expect_error([&] { static_cast<void>(read_npz(folder / "text.npz")); }, {"text.npz", "not a whole .npz"});
   expect_error([&] { static_cast<void>(read_npz(folder / "none.npz")); }, {"none.npz", "no such file"});

@@ -4,22 +4,22 @@
 #include <cmath>
 #include <limits>
 #include <span>
-#include <vector>
 
-#include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/truth.hpp"
 #include "support.hpp"
 
 namespace stereogrid::io::testing {
 namespace {
 
+using Scan = FolderTest;
+using TruthDisparity = FolderTest;
+
 void put_floats(const fs::path& path, const std::vector<float>& values) {
   const auto bytes{std::as_bytes(std::span{values})};
   put(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
-TEST(Scan, ReadsPointsInOrder) {
-  const TemporaryFolder folder;
+TEST_F(Scan, ReadsPointsInOrder) {
   put_floats(folder / "a.bin", {1, 2, 3, 0.5F, -4, 5.25F, -6, 0});
   const auto points{read_scan(folder / "a.bin")};
   ASSERT_EQ(points.size(), 2U);
@@ -29,8 +29,7 @@ TEST(Scan, ReadsPointsInOrder) {
   EXPECT_EQ(points[1].z_m, -6);
 }
 
-TEST(Scan, LeavesOutWhatDidNotReturn) {
-  const TemporaryFolder folder;
+TEST_F(Scan, LeavesOutWhatDidNotReturn) {
   const float none{std::numeric_limits<float>::quiet_NaN()};
   const float far{std::numeric_limits<float>::infinity()};
   put_floats(folder / "a.bin", {none, 2, 3, 0, 1, far, 3, 0, 1, 2, none, 0, 7, 8, 9, none});
@@ -41,8 +40,7 @@ TEST(Scan, LeavesOutWhatDidNotReturn) {
   expect_error([&] { static_cast<void>(read_scan(folder / "b.bin")); }, {"b.bin", "finite"});
 }
 
-TEST(Scan, Findings) {
-  const TemporaryFolder folder;
+TEST_F(Scan, Findings) {
   const auto refused{[&](const fs::path& path, std::initializer_list<std::string_view> parts) {
     expect_error([&] { static_cast<void>(read_scan(path)); }, parts);
   }};
@@ -54,7 +52,7 @@ TEST(Scan, Findings) {
   refused(folder / "cut.bin", {"cut.bin", "35 bytes", "cut off"});
 }
 
-TEST(Scan, OfADriveLiesAheadOfTheSensor) {
+TEST_F(Scan, OfADriveLiesAheadOfTheSensor) {
   const auto data{data_folder()};
   if (!data) GTEST_SKIP() << "no data sets on this machine (STEREOGRID_DATA)";
   const auto points{read_scan(*data / "kitti_odo04" / "velodyne" / "000000.bin")};
@@ -65,8 +63,7 @@ TEST(Scan, OfADriveLiesAheadOfTheSensor) {
   }
 }
 
-TEST(TruthDisparity, IsScaled) {
-  const TemporaryFolder folder;
+TEST_F(TruthDisparity, IsScaled) {
   Image<std::uint16_t> scaled{3, 2};
   scaled(1, 0) = 640;
   scaled(2, 1) = 65535;
@@ -80,8 +77,7 @@ TEST(TruthDisparity, IsScaled) {
   EXPECT_EQ(read_truth_disparity(folder / "nothing.png"), (Image<float>{3, 2}));
 }
 
-TEST(TruthDisparity, Findings) {
-  const TemporaryFolder folder;
+TEST_F(TruthDisparity, Findings) {
   const auto refused{[&](const char* name, std::initializer_list<std::string_view> parts) {
     expect_error([&] { static_cast<void>(read_truth_disparity(folder / name)); }, parts);
   }};

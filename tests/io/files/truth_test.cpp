@@ -5,7 +5,6 @@
 
 #include "stereogrid/io/calibration.hpp"
 #include "stereogrid/io/file.hpp"
-#include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/npz.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "support.hpp"

@@ -176,16 +176,14 @@ TEST_P(FilterEquations, AreThoseOfTheMethodNote) {
     const Image<float> observed{observation(step, generator)};
     run.step(observed);
     const Cells before{expected};
-    for (int y{0}; y < cells; ++y) {
-      for (int x{0}; x < cells; ++x) {
-        Motion motion;
-        const auto equations = GetParam() == FilterModel::joint ? joint : tay;
-        const bool just_seen{(step - 1) % 3 != 0};
-        const Cell cell{equations(before, x, y, static_cast<double>(observed(x, y)), just_seen, motion)};
-        expected[static_cast<std::size_t>(y * cells + x)] = cell;
-        ASSERT_NEAR(run.layers.occupancy(x, y), cell.occupied, 1e-5) << "step " << step << ": " << x << " " << y;
-        ASSERT_NO_FATAL_FAILURE(expect_motion(run.layers, x, y, motion)) << "step " << step << ": " << x << " " << y;
-      }
+    for (const auto [x, y] : raster(cells, cells)) {
+      Motion motion;
+      const auto equations = GetParam() == FilterModel::joint ? joint : tay;
+      const bool just_seen{(step - 1) % 3 != 0};
+      const Cell cell{equations(before, x, y, static_cast<double>(observed(x, y)), just_seen, motion)};
+      expected[static_cast<std::size_t>(y * cells + x)] = cell;
+      ASSERT_NEAR(run.layers.occupancy(x, y), cell.occupied, 1e-5) << "step " << step << ": " << x << " " << y;
+      ASSERT_NO_FATAL_FAILURE(expect_motion(run.layers, x, y, motion)) << "step " << step << ": " << x << " " << y;
     }
   }
 }

@@ -112,26 +112,24 @@ TEST_P(FilterOfEachModel, MassStaysBetweenZeroAndOne) {
     for (int x{0}; x < cells; ++x) observed(x, 3) = step % 2 == 0 ? 0.0f : 1.0f;
     if (step % 7 == 0) geometry.x_min_m += cell_m;
     run.step(observed, 0.1, geometry);
-    for (int y{0}; y < cells; ++y) {
-      for (int x{0}; x < cells; ++x) {
-        double mass{0};
-        for (std::size_t k{0}; k < run.tables.lattice.size(); ++k) {
-          ASSERT_GE(mass_of(run.now, k, x, y), 0) << x << " " << y << " step " << step;
-          mass += mass_of(run.now, k, x, y);
-        }
-        const float occupancy{run.layers.occupancy(x, y)};
-        ASSERT_TRUE(occupancy >= 0 && occupancy <= 1.000001f) << occupancy;
-        // joint: the mass is the occupancy; tay2008: velocities are a distribution of their own
-        const bool joint{GetParam() == FilterModel::joint};
-        ASSERT_NEAR(mass, joint ? occupancy : 1.0f, 1e-4f);
-        ASSERT_LE(std::abs(run.layers.velocity_x(x, y)), 4.0001f);
-        ASSERT_LE(std::abs(run.layers.velocity_y(x, y)), 4.0001f);
-        ASSERT_TRUE(run.layers.moving(x, y) >= 0 && run.layers.moving(x, y) <= occupancy + 1e-6f);
-        const float xx{run.layers.velocity_xx(x, y)};
-        const float yy{run.layers.velocity_yy(x, y)};
-        const float xy{run.layers.velocity_xy(x, y)};
-        ASSERT_TRUE(xx >= 0 && yy >= 0 && xy * xy <= xx * yy + 1e-4f) << xx << " " << xy << " " << yy;
+    for (const auto [x, y] : raster(cells, cells)) {
+      double mass{0};
+      for (std::size_t k{0}; k < run.tables.lattice.size(); ++k) {
+        ASSERT_GE(mass_of(run.now, k, x, y), 0) << x << " " << y << " step " << step;
+        mass += mass_of(run.now, k, x, y);
       }
+      const float occupancy{run.layers.occupancy(x, y)};
+      ASSERT_TRUE(occupancy >= 0 && occupancy <= 1.000001f) << occupancy;
+      // joint: the mass is the occupancy; tay2008: velocities are a distribution of their own
+      const bool joint{GetParam() == FilterModel::joint};
+      ASSERT_NEAR(mass, joint ? occupancy : 1.0f, 1e-4f);
+      ASSERT_LE(std::abs(run.layers.velocity_x(x, y)), 4.0001f);
+      ASSERT_LE(std::abs(run.layers.velocity_y(x, y)), 4.0001f);
+      ASSERT_TRUE(run.layers.moving(x, y) >= 0 && run.layers.moving(x, y) <= occupancy + 1e-6f);
+      const float xx{run.layers.velocity_xx(x, y)};
+      const float yy{run.layers.velocity_yy(x, y)};
+      const float xy{run.layers.velocity_xy(x, y)};
+      ASSERT_TRUE(xx >= 0 && yy >= 0 && xy * xy <= xx * yy + 1e-4f) << xx << " " << xy << " " << yy;
     }
   }
 }

@@ -54,10 +54,8 @@ TEST(MovingBlocks, ChangeLittleOfWhatAllBlocksWouldSay) {
     sparse.step(street(step));
     all.step(street(step));
     double difference{0};
-    for (int y{0}; y < cells; ++y) {
-      for (int x{0}; x < cells; ++x) {
-        difference += std::abs(sparse.layers.occupancy(x, y) - all.layers.occupancy(x, y));
-      }
+    for (const auto [x, y] : raster(cells, cells)) {
+      difference += std::abs(sparse.layers.occupancy(x, y) - all.layers.occupancy(x, y));
     }
     EXPECT_LT(difference / (cells * cells), 0.002) << step;
   }
@@ -79,11 +77,9 @@ TEST(MovingBlocks, SpreadEvenlyIsTheSumOverAllVelocities) {
     even.step(Image<float>{40, 40, 0.5f}, dt_s, moved);
     all.step(Image<float>{40, 40, 0.5f}, dt_s, moved);
     ASSERT_EQ(blocks_with_masses(even.now), 0);
-    for (int y{0}; y < 40; ++y) {
-      for (int x{0}; x < 40; ++x) {
-        ASSERT_NEAR(even.layers.occupancy(x, y), all.layers.occupancy(x, y), 1e-6) << x << " " << y << " " << dt_s;
-        ASSERT_NEAR(even.layers.moving(x, y), all.layers.moving(x, y), 1e-6) << x << " " << y << " " << dt_s;
-      }
+    for (const auto [x, y] : raster(40, 40)) {
+      ASSERT_NEAR(even.layers.occupancy(x, y), all.layers.occupancy(x, y), 1e-6) << x << " " << y << " " << dt_s;
+      ASSERT_NEAR(even.layers.moving(x, y), all.layers.moving(x, y), 1e-6) << x << " " << y << " " << dt_s;
     }
   }
 }

@@ -17,9 +17,7 @@ constexpr GridGeometry window{-3, 5, 0.2, cells, cells};
 // A patch of the window that has been looked at; something goes through it and out of it.
 Image<float> patch(int step, std::mt19937& generator) {
   Image<float> observed{cells, cells, 0.5f};
-  for (int y{40}; y < 70; ++y) {
-    for (int x{30}; x < 80; ++x) observed(x, y) = uniform(generator, 0, 1) < 0.2 ? 0.5f : 0.1f;
-  }
+  for (const auto [x, y] : raster(30, 80, 40, 70)) observed(x, y) = uniform(generator, 0, 1) < 0.2 ? 0.5f : 0.1f;
   for (int y{50}; y < 58; ++y) std::fill_n(&observed(50 + 2 * step, y), 6, 0.95f);
   observed(20, 20) = 0.52f;  // known of, though not observed as is_known says
   return observed;
@@ -103,14 +101,10 @@ float excess_of_never_observed(BackEndType& back_end, bool& has_car) {
     for (int y{62}; y < 66; ++y) std::fill_n(&observed(74, y), 4, 0.95f);  // stands at the border of the patch
     run.step(observed);
     std::vector<VelocityEvidence> evidence;
-    for (int y{50}; y < 58; ++y) {
-      for (int x{54 + 2 * step}; x < std::min(60 + 2 * step, 80); ++x) {
-        evidence.push_back({y * cells + x, 4, 0, 2, 0, 2, 0, 1});
-      }
+    for (const auto [x, y] : raster(54 + 2 * step, std::min(60 + 2 * step, 80), 50, 58)) {
+      evidence.push_back({y * cells + x, 4, 0, 2, 0, 2, 0, 1});
     }
-    for (int y{60}; y < 68; ++y) {
-      for (int x{80}; x < 84; ++x) evidence.push_back({y * cells + x, 0, 0, 2, 0, 2, 0, 0, 1});
-    }
+    for (const auto [x, y] : raster(80, 84, 60, 68)) evidence.push_back({y * cells + x, 0, 0, 2, 0, 2, 0, 0, 1});
     std::ranges::sort(evidence, {}, &VelocityEvidence::cell);
     weigh_velocities(back_end, evidence, run.tables, run.now, run.layers);
     for (std::size_t i{0}; i < run.layers.age_s.size(); ++i) {

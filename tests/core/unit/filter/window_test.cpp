@@ -87,16 +87,14 @@ FrameResult resampled(const GridLayers& world, const Pose2& world_from_vehicle, 
 TEST(Resample, PutsCellsWhereARotatedCarSeesThem) {
   GridLayers world{layers_of({-4, -4, 0.2, 40, 40})};
   // a block of 3 × 3 cells around (1.1, 2.1), which moves in +x
-  for (int iy{29}; iy < 32; ++iy) {
-    for (int ix{24}; ix < 27; ++ix) {
-      world.occupancy(ix, iy) = 0.9f;
-      world.velocity_x(ix, iy) = 3;
-      world.velocity_xx(ix, iy) = 4;
-      world.velocity_xy(ix, iy) = 0.5f;
-      world.velocity_yy(ix, iy) = 1;
-      world.moving(ix, iy) = 0.6f;
-      world.age_s(ix, iy) = 0.25f;
-    }
+  for (const auto [ix, iy] : raster(24, 27, 29, 32)) {
+    world.occupancy(ix, iy) = 0.9f;
+    world.velocity_x(ix, iy) = 3;
+    world.velocity_xx(ix, iy) = 4;
+    world.velocity_xy(ix, iy) = 0.5f;
+    world.velocity_yy(ix, iy) = 1;
+    world.moving(ix, iy) = 0.6f;
+    world.age_s(ix, iy) = 0.25f;
   }
   // the car at (1.1, −0.9) faces +y: the block's middle is 3 m ahead; +x is to its right
   const GridGeometry grid{0, -2, 0.2, 24, 20};
@@ -160,17 +158,13 @@ TEST(Resample, OfAnAlignedGridIsACopy) {
   for (float& p : world.occupancy) p = static_cast<float>(uniform(generator, 0, 1));
   const GridGeometry grid{0, 0, 0.2, 5, 6};
   const FrameResult seen{resampled(world, {0.6, -0.4, 0}, grid)};
-  for (int iy{0}; iy < grid.ny; ++iy) {
-    for (int ix{0}; ix < grid.nx; ++ix)
-      EXPECT_NEAR(seen.vehicle.occupancy(ix, iy), world.occupancy(ix + 8, iy + 8), 1e-5);
-  }
+  for (const auto [ix, iy] : raster(grid.nx, grid.ny))
+    EXPECT_NEAR(seen.vehicle.occupancy(ix, iy), world.occupancy(ix + 8, iy + 8), 1e-5);
 }
 
 TEST(Resample, InterpolatesOccupancyBetweenCells) {
   GridLayers world{layers_of({0, 0, 0.2, 10, 10})};
-  for (int y{0}; y < 10; ++y) {
-    for (int x{0}; x < 10; ++x) world.occupancy(x, y) = static_cast<float>(0.05 * x + 0.03 * y);
-  }
+  for (const auto [x, y] : raster(10, 10)) world.occupancy(x, y) = static_cast<float>(0.05 * x + 0.03 * y);
   // a quarter of a cell to the right, half a cell up
   const FrameResult seen{resampled(world, {0.05, 0.1, 0}, {0.4, 0.4, 0.2, 3, 3})};
   EXPECT_NEAR(seen.vehicle.occupancy(0, 0), 0.05 * 2.25 + 0.03 * 2.5, 1e-5);

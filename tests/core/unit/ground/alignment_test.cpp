@@ -27,14 +27,12 @@ struct Pair {
       : matches{rig.width_px, rig.height_px}, left{rig.width_px, rig.height_px}, right{rig.width_px, rig.height_px} {
     const Texture texture{seed};
     const RowOffsets offsets{offsets_of(terms)};
-    for (int v{0}; v < rig.height_px; ++v) {
-      for (int u{0}; u < rig.width_px; ++u) {
-        (v < road_begins ? matches.obstacle : matches.road)(u, v) = static_cast<float>(disparity(v));
-        left(u, v) = grey(texture.at(u, v));
-        // the row of the left image that is seen here
-        const double row{v - offsets.at(u, v - offsets.at(u, v))};
-        right(u, v) = grey(texture.at(u + disparity(row), row));
-      }
+    for (const auto [u, v] : raster(rig.width_px, rig.height_px)) {
+      (v < road_begins ? matches.obstacle : matches.road)(u, v) = static_cast<float>(disparity(v));
+      left(u, v) = grey(texture.at(u, v));
+      // the row of the left image that is seen here
+      const double row{v - offsets.at(u, v - offsets.at(u, v))};
+      right(u, v) = grey(texture.at(u + disparity(row), row));
     }
   }
 
@@ -168,11 +166,9 @@ TEST(Alignment, WithoutTextureOrMatchesNothingIsSaid) {
 
 TEST(Alignment, VerticalEdgesSayNothingAboutRows) {
   Pair stripes{{}};
-  for (int v{0}; v < stripes.rig.height_px; ++v) {
-    for (int u{0}; u < stripes.rig.width_px; ++u) {
-      stripes.left(u, v) = Pair::grey(100 + 60 * std::sin(u * 0.7));
-      stripes.right(u, v) = Pair::grey(100 + 60 * std::sin((u + obstacle_px) * 0.7));
-    }
+  for (const auto [u, v] : raster(stripes.rig.width_px, stripes.rig.height_px)) {
+    stripes.left(u, v) = Pair::grey(100 + 60 * std::sin(u * 0.7));
+    stripes.right(u, v) = Pair::grey(100 + 60 * std::sin((u + obstacle_px) * 0.7));
   }
   stripes.matches.obstacle.fill(static_cast<float>(obstacle_px));
   stripes.matches.road.fill(0);

@@ -28,23 +28,19 @@ Pixel seen_by(const Rig& rig, double pitch_rad, const Point& point) {
 
 // A soft blob, whose centre of mass is its place to a fraction of a pixel.
 void draw_blob(Image<std::uint8_t>& image, Pixel at) {
-  for (int v{0}; v < image.height(); ++v) {
-    for (int u{0}; u < image.width(); ++u) {
-      const double r2{(u - at.u) * (u - at.u) + (v - at.v) * (v - at.v)};
-      image(u, v) = static_cast<std::uint8_t>(std::min(255.0, image(u, v) + 200 * std::exp(-r2 / 8)));
-    }
+  for (const auto [u, v] : raster(image)) {
+    const double r2{(u - at.u) * (u - at.u) + (v - at.v) * (v - at.v)};
+    image(u, v) = static_cast<std::uint8_t>(std::min(255.0, image(u, v) + 200 * std::exp(-r2 / 8)));
   }
 }
 
 Pixel centre_of_mass(const Image<std::uint8_t>& image) {
   double sum{0};
   Pixel centre{0, 0};
-  for (int v{0}; v < image.height(); ++v) {
-    for (int u{0}; u < image.width(); ++u) {
-      sum += image(u, v);
-      centre.u += u * static_cast<double>(image(u, v));
-      centre.v += v * static_cast<double>(image(u, v));
-    }
+  for (const auto [u, v] : raster(image)) {
+    sum += image(u, v);
+    centre.u += u * static_cast<double>(image(u, v));
+    centre.v += v * static_cast<double>(image(u, v));
   }
   return {centre.u / sum, centre.v / sum};
 }
@@ -109,23 +105,19 @@ TEST(Levelling, DisparitiesAreThoseOfALevelCamera) {
     const double s{std::sin(rig.camera_pitch_rad)};
     const Point in_pitched{wall.right, c * wall.down - s * wall.forward, s * wall.down + c * wall.forward};
     Image<float> pitched{rig.width_px, rig.height_px};
-    for (int v{0}; v < rig.height_px; ++v) {
-      for (int u{0}; u < rig.width_px; ++u) {
-        pitched(u, v) = static_cast<float>(rig.baseline_m *
-                                           (in_pitched.right * (u - rig.cx_px) + in_pitched.down * (v - rig.cy_px) +
-                                            in_pitched.forward * rig.focal_px));
-      }
+    for (const auto [u, v] : raster(rig.width_px, rig.height_px)) {
+      pitched(u, v) =
+          static_cast<float>(rig.baseline_m * (in_pitched.right * (u - rig.cx_px) + in_pitched.down * (v - rig.cy_px) +
+                                               in_pitched.forward * rig.focal_px));
     }
     Image<float> level{rig.width_px, level_rig.height_px, 77};
     levelling.apply(cpu, pitched.view(), level.view());
     int known{0};
-    for (int v{0}; v < level_rig.height_px; ++v) {
-      for (int u{0}; u < rig.width_px; ++u) {
-        if (level(u, v) == 0) continue;
-        ++known;
-        // half a pixel of the nearest neighbour, times the wall's slant
-        EXPECT_NEAR(level(u, v), level_disparity(u, v), 0.02) << u << " " << v;
-      }
+    for (const auto [u, v] : raster(rig.width_px, level_rig.height_px)) {
+      if (level(u, v) == 0) continue;
+      ++known;
+      // half a pixel of the nearest neighbour, times the wall's slant
+      EXPECT_NEAR(level(u, v), level_disparity(u, v), 0.02) << u << " " << v;
     }
     EXPECT_GT(known, 0.8 * rig.width_px * rig.height_px);
   }
@@ -184,13 +176,11 @@ TEST(LevelMapping, LevelPixelsAreMaskedIfOneOfTheirFourPixelsIs) {
   for (int v{0}; v < rig.height_px; ++v) camera(80, v) = 0;
   const PixelMask mask{camera, mapping};
   int masked{0};
-  for (int v{0}; v < mapping.level_rig().height_px; ++v) {
-    for (int u{0}; u < mapping.level_rig().width_px; ++u) {
-      const auto place = mapping.camera_from_level({static_cast<double>(u), static_cast<double>(v)});
-      if (!place) continue;
-      EXPECT_EQ(mask.view()(u, v), std::abs(place->u - 80) < 1 ? 1 : 0) << u << " " << v;
-      masked += mask.view()(u, v);
-    }
+  for (const auto [u, v] : raster(mapping.level_rig().width_px, mapping.level_rig().height_px)) {
+    const auto place = mapping.camera_from_level({static_cast<double>(u), static_cast<double>(v)});
+    if (!place) continue;
+    EXPECT_EQ(mask.view()(u, v), std::abs(place->u - 80) < 1 ? 1 : 0) << u << " " << v;
+    masked += mask.view()(u, v);
   }
   EXPECT_GT(masked, 150);
 }

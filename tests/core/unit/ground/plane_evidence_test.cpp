@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Evidence of ground planes in made-up disparities.
-#include "ground/plane_evidence.hpp"
-
 #include "ground_scene.hpp"
 
 namespace stereogrid::test {

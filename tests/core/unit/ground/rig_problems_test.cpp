@@ -7,10 +7,7 @@
 namespace stereogrid::test {
 namespace {
 
-using ::testing::AllOf;
-using ::testing::Contains;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
+using ::testing::AllOf, ::testing::Contains, ::testing::HasSubstr, ::testing::IsEmpty;
 
 constexpr double infinity{std::numeric_limits<double>::infinity()};
 constexpr double nan{std::numeric_limits<double>::quiet_NaN()};

@@ -180,14 +180,12 @@ TEST(Matrix3, SumsOfVectors) {
 // Matches of a road that falls away from some distance on, between two lines along the road.
 struct FallingRoad {
   FallingRoad(double right_m, double left_m) {
-    for (int v{0}; v < rig.height_px; ++v) {
-      for (int u{0}; u < rig.width_px; ++u) {
-        const double expected{road.disparity(u, v)};
-        if (expected < 1) continue;
-        const double y_m{(rig.cx_px - u) * rig.baseline_m / expected};
-        const bool falls{rig.focal_px * rig.baseline_m / expected > 4 && y_m > right_m && y_m < left_m};
-        matches.road(u, v) = static_cast<float>(falls ? expected / 2 : expected);
-      }
+    for (const auto [u, v] : raster(rig.width_px, rig.height_px)) {
+      const double expected{road.disparity(u, v)};
+      if (expected < 1) continue;
+      const double y_m{(rig.cx_px - u) * rig.baseline_m / expected};
+      const bool falls{rig.focal_px * rig.baseline_m / expected > 4 && y_m > right_m && y_m < left_m};
+      matches.road(u, v) = static_cast<float>(falls ? expected / 2 : expected);
     }
   }
   [[nodiscard]] double width_m() const { return width_falling_away({left.view(), left.view(), matches}, rig, road); }
@@ -209,11 +207,9 @@ TEST(TextureMatched, CountsPixelsWithTexture) {
   Image<std::uint8_t> left{rig.width_px, rig.height_px, 100};
   Matches matches{rig.width_px, rig.height_px};
   // stripes on the left half
-  for (int v{0}; v < rig.height_px; ++v) {
-    for (int u{0}; u < rig.width_px / 2; ++u) {
-      left(u, v) = u / 3 % 2 == 0 ? 60 : 140;
-      matches.road(u, v) = 10;
-    }
+  for (const auto [u, v] : raster(rig.width_px / 2, rig.height_px)) {
+    left(u, v) = u / 3 % 2 == 0 ? 60 : 140;
+    matches.road(u, v) = 10;
   }
   const MatchedFrame frame{left.view(), left.view(), matches};
   EXPECT_EQ(share_of_texture_matched(frame, 0, plane_of(1.0), 128), 1);

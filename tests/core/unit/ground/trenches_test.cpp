@@ -41,9 +41,7 @@ class Trenches : public testing::Test {
   void read(const Disparity& disparity) {
     Image<float> road{sectors * sector_px, rows};
     const Image<float> obstacle{road.width(), rows};
-    for (int v{horizon + 5}; v < rows; ++v) {
-      for (int u{0}; u < road.width(); ++u) road(u, v) = disparity(u / sector_px, v);
-    }
+    for (const auto [u, v] : raster(0, road.width(), horizon + 5, rows)) road(u, v) = disparity(u / sector_px, v);
     samples_.read(0, sectors, obstacle.view(), road.view());
   }
   /// Sectors with a trench, after connecting them.

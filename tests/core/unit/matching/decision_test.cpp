@@ -131,9 +131,7 @@ TEST(Speckles, SmallPatchesGoAndLargeOnesStay) {
   constexpr int size{12};
   Matches matches{size, size};
   const auto paint = [](Image<float>& image, int u, int v, int nu, int nv, float d) {
-    for (int j{v}; j < v + nv; ++j) {
-      for (int i{u}; i < u + nu; ++i) image(i, j) = d;
-    }
+    for (const auto [i, j] : raster(u, u + nu, v, v + nv)) image(i, j) = d;
   };
   paint(matches.obstacle, 0, 0, 3, 2, 9);  // 6 pixels
   paint(matches.obstacle, 5, 0, 5, 1, 9);  // 5 pixels

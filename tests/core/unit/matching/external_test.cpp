@@ -202,12 +202,10 @@ struct Board {
   explicit Board(double noise_px, int raised_rows = 0) {
     std::mt19937 generator{11};
     const RoadPlane plane{road_plane(rig, fitted_ground())};
-    for (int v{0}; v < rig.height_px; ++v) {
-      for (int u{0}; u < rig.width_px; ++u) {
-        const int row{u >= first_u && u < end_u && v < foot_v ? foot_v : v};
-        const double d{plane.disparity(u, row + raised_rows) + uniform(generator, -noise_px, noise_px)};
-        disparity(u, v) = static_cast<float>(std::max(d, 0.0));
-      }
+    for (const auto [u, v] : raster(rig.width_px, rig.height_px)) {
+      const int row{u >= first_u && u < end_u && v < foot_v ? foot_v : v};
+      const double d{plane.disparity(u, row + raised_rows) + uniform(generator, -noise_px, noise_px)};
+      disparity(u, v) = static_cast<float>(std::max(d, 0.0));
     }
     Image<std::int16_t> rows{256, relief_sectors(rig.width_px)};
     rows.fill(static_cast<std::int16_t>(raised_rows));
@@ -219,9 +217,8 @@ struct Board {
   /// Share of obstacle pixels in rows first … end − 1 of the board's columns.
   [[nodiscard]] double obstacles(int first_v, int end_v) const {
     int count{0};
-    for (int v{first_v}; v < end_v; ++v) {
-      for (int u{first_u + 1}; u < end_u - 1; ++u) count += matches.obstacle(u, v) > 0 ? 1 : 0;
-    }
+    for (const auto [u, v] : raster(first_u + 1, end_u - 1, first_v, end_v))
+      count += matches.obstacle(u, v) > 0 ? 1 : 0;
     return count / (1.0 * (end_v - first_v) * (end_u - first_u - 2));
   }
 

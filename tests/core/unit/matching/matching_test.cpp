@@ -41,13 +41,11 @@ TEST(Matching, FindsAConstantShift) {
     const MatchRun run{cpu, left_image(texture), right_image(texture, [&](int) { return shift; }), no_road,
                        permissive_config()};
     const int half{permissive_config().window_px / 2};
-    for (int v{0}; v < height; ++v) {
-      for (int u{shift + half + census_half_u}; u < width - half - census_half_u; ++u) {
-        ASSERT_EQ(run.upright(u, v).shift, shift) << u << " " << v;
-        ASSERT_EQ(run.upright(u, v).cost, 0);
-        ASSERT_NEAR(run.matches.obstacle(u, v), shift, 0.25);
-        ASSERT_EQ(run.matches.road(u, v), 0);
-      }
+    for (const auto [u, v] : raster(shift + half + census_half_u, width - half - census_half_u, 0, height)) {
+      ASSERT_EQ(run.upright(u, v).shift, shift) << u << " " << v;
+      ASSERT_EQ(run.upright(u, v).cost, 0);
+      ASSERT_NEAR(run.matches.obstacle(u, v), shift, 0.25);
+      ASSERT_EQ(run.matches.road(u, v), 0);
     }
   }
 }
@@ -58,9 +56,7 @@ TEST(Matching, WholePixelsWithoutSubpixel) {
   MatchingConfig config{permissive_config()};
   config.subpixel = false;
   const MatchRun run{cpu, left_image(texture), right_image(texture, [](int) { return 7.3; }), no_road, config};
-  for (int v{8}; v < height - 8; ++v) {
-    for (int u{20}; u < width - 20; ++u) ASSERT_EQ(run.matches.obstacle(u, v), 7);
-  }
+  for (const auto [u, v] : raster(20, width - 20, 8, height - 8)) ASSERT_EQ(run.matches.obstacle(u, v), 7);
 }
 
 // A match from the left image's left border would lie outside the right image.
@@ -72,9 +68,7 @@ TEST(Matching, LeavesTheLeftBorderEmpty) {
   config.uniqueness = 0.05;
   const MatchRun run{cpu, left_image(texture), right_image(texture, [](int) { return shift; }), no_road, config};
   int wrong{0};
-  for (int v{0}; v < height; ++v) {
-    for (int u{0}; u < shift; ++u) wrong += run.matches.obstacle(u, v) > 0 ? 1 : 0;
-  }
+  for (const auto [u, v] : raster(shift, height)) wrong += run.matches.obstacle(u, v) > 0 ? 1 : 0;
   EXPECT_LT(wrong, 0.05 * shift * height);
 }
 
@@ -83,11 +77,9 @@ TEST(Matching, MarksPixelsOfARepeatingPattern) {
   std::mt19937 generator{5};
   const auto stripes = [&](double shift) {
     Image<std::uint8_t> image{width, height};
-    for (int v{0}; v < height; ++v) {
-      for (int u{0}; u < width; ++u) {
-        image(u, v) = static_cast<std::uint8_t>(120 + 60 * std::sin((u + shift) * std::numbers::pi / 5) +
-                                                uniform(generator, -3, 3));
-      }
+    for (const auto [u, v] : raster(width, height)) {
+      image(u, v) = static_cast<std::uint8_t>(120 + 60 * std::sin((u + shift) * std::numbers::pi / 5) +
+                                              uniform(generator, -3, 3));
     }
     return image;
   };
@@ -121,9 +113,8 @@ TEST(Matching, PixelsThatOnlyTheLeftCameraSeesAreNotAmbiguous) {
     };
     const MatchRun run{cpu, seen(0, 0), seen(far + nearer, far), no_road, MatchingConfig{.disparities = 32}};
     int ambiguous{0};
-    for (int v{0}; v < height; ++v) {
-      for (int u{far + 10}; u < edge; ++u) ambiguous += is_ambiguous(run.matches.obstacle(u, v)) ? 1 : 0;
-    }
+    for (const auto [u, v] : raster(far + 10, edge, 0, height))
+      ambiguous += is_ambiguous(run.matches.obstacle(u, v)) ? 1 : 0;
     EXPECT_LT(ambiguous, 0.02 * edge * height) << far;
   }
 }
@@ -178,9 +169,7 @@ TEST(Matching, NothingMatchesWithoutTexture) {
   EXPECT_TRUE(nothing_matched({cpu, stripes, stripes, road, config}));
   // the threshold is the window's mean of |L(u+1) − L(u−1)|, here 8 everywhere but at the ends
   Image<std::uint8_t> slope{width, height};
-  for (int v{0}; v < height; ++v) {
-    for (int u{0}; u < width; ++u) slope(u, v) = static_cast<std::uint8_t>((u * 4) % 256);
-  }
+  for (const auto [u, v] : raster(width, height)) slope(u, v) = static_cast<std::uint8_t>((u * 4) % 256);
   const Image<std::uint8_t> ramp{[&] {
     Image<std::uint8_t> part{60, 20};
     for (int v{0}; v < 20; ++v) std::copy(slope.row(v), slope.row(v) + 60, part.row(v));
@@ -216,17 +205,15 @@ TEST(Matching, FindsTheRoad) {
   const Texture texture{5};
   Cpu cpu{2};
   const MatchRun run{cpu, left_image(texture), right_image(texture, road_of_row), road, permissive_config()};
+  const auto places{raster(40, width - 10, 20, height - 4)};
   int labelled{0};
-  int pixels{0};
-  for (int v{20}; v < height - 4; ++v) {
-    for (int u{40}; u < width - 10; ++u, ++pixels) {
-      EXPECT_EQ(run.matches.obstacle(u, v) > 0 && run.matches.road(u, v) > 0, false);
-      if (run.matches.road(u, v) == 0) continue;
-      ++labelled;
-      ASSERT_NEAR(run.matches.road(u, v), road_of_row(v), 0.2) << u << " " << v;
-    }
+  for (const auto [u, v] : places) {
+    EXPECT_EQ(run.matches.obstacle(u, v) > 0 && run.matches.road(u, v) > 0, false);
+    if (run.matches.road(u, v) == 0) continue;
+    ++labelled;
+    ASSERT_NEAR(run.matches.road(u, v), road_of_row(v), 0.2) << u << " " << v;
   }
-  EXPECT_GT(labelled, 0.97 * pixels);
+  EXPECT_GT(labelled, 0.97 * static_cast<double>(places.size()));
 }
 
 // The plane of the frame before is a little off: the residual shift and its fraction make up for it.
@@ -237,17 +224,15 @@ TEST(Matching, FindsARoadThatIsNotWhereThePlaneSays) {
     RoadPlane expected{road};
     expected.at_centre += error_px;
     const MatchRun run{cpu, left_image(texture), right_image(texture, road_of_row), expected, permissive_config()};
+    const auto places{raster(40, width - 10, 30, height - 4)};
     double sum{0};
     int labelled{0};
-    int pixels{0};
-    for (int v{30}; v < height - 4; ++v) {
-      for (int u{40}; u < width - 10; ++u, ++pixels) {
-        if (run.matches.road(u, v) == 0) continue;
-        sum += run.matches.road(u, v) - road_of_row(v);
-        ++labelled;
-      }
+    for (const auto [u, v] : places) {
+      if (run.matches.road(u, v) == 0) continue;
+      sum += run.matches.road(u, v) - road_of_row(v);
+      ++labelled;
     }
-    EXPECT_GT(labelled, 0.9 * pixels) << error_px;
+    EXPECT_GT(labelled, 0.9 * static_cast<double>(places.size())) << error_px;
     EXPECT_NEAR(sum / labelled, 0, 0.1) << error_px;
   }
 }
@@ -260,16 +245,14 @@ TEST(Matching, FindsARollingRoad) {
   const Image<std::uint8_t> right{textured_image(
       texture, width, height, [&](int w, int v) { return (w + rolled.disparity(0, v)) / (1 - rolled.per_u); })};
   const MatchRun run{cpu, left_image(texture), right, rolled, permissive_config()};
+  const auto places{raster(40, width - 20, 12, height - 4)};
   int labelled{0};
-  int pixels{0};
-  for (int v{12}; v < height - 4; ++v) {
-    for (int u{40}; u < width - 20; ++u, ++pixels) {
-      if (run.matches.road(u, v) == 0) continue;
-      ++labelled;
-      ASSERT_NEAR(run.matches.road(u, v), rolled.disparity(u, v), 0.3) << u << " " << v;
-    }
+  for (const auto [u, v] : places) {
+    if (run.matches.road(u, v) == 0) continue;
+    ++labelled;
+    ASSERT_NEAR(run.matches.road(u, v), rolled.disparity(u, v), 0.3) << u << " " << v;
   }
-  EXPECT_GT(labelled, 0.95 * pixels);
+  EXPECT_GT(labelled, 0.95 * static_cast<double>(places.size()));
 }
 
 TEST(Matching, AnUprightSurfaceIsAnObstacle) {
@@ -278,16 +261,14 @@ TEST(Matching, AnUprightSurfaceIsAnObstacle) {
   constexpr int shift{18};
   const MatchRun run{cpu, left_image(texture), right_image(texture, [](int) { return shift; }), road,
                      permissive_config()};
+  const auto places{raster(40, width - 10, 10, height - 10)};
   int labelled{0};
-  int pixels{0};
-  for (int v{10}; v < height - 10; ++v) {
-    for (int u{40}; u < width - 10; ++u, ++pixels) {
-      if (run.matches.obstacle(u, v) == 0) continue;
-      ++labelled;
-      ASSERT_NEAR(run.matches.obstacle(u, v), shift, 0.2) << u << " " << v;
-    }
+  for (const auto [u, v] : places) {
+    if (run.matches.obstacle(u, v) == 0) continue;
+    ++labelled;
+    ASSERT_NEAR(run.matches.obstacle(u, v), shift, 0.2) << u << " " << v;
   }
-  EXPECT_GT(labelled, 0.97 * pixels);
+  EXPECT_GT(labelled, 0.97 * static_cast<double>(places.size()));
 }
 
 // A box stands on the road: upright down to its foot, road below and beside.
@@ -302,34 +283,28 @@ TEST_P(BoxOnTheRoad, IsTheObstacle) {
   const auto on_box = [&](double u, int v) { return u >= 60 && u < 110 && v >= 10 && v < foot; };
   Image<std::uint8_t> left{left_image(of_road)};
   Image<std::uint8_t> right{right_image(of_road, road_of_row)};
-  for (int v{0}; v < height; ++v) {
-    for (int u{0}; u < width; ++u) {
-      if (on_box(u, v)) left(u, v) = static_cast<std::uint8_t>(of_box.at(u, v));
-      if (on_box(u + shift, v)) right(u, v) = static_cast<std::uint8_t>(of_box.at(u + shift, v));
-    }
+  for (const auto [u, v] : raster(width, height)) {
+    if (on_box(u, v)) left(u, v) = static_cast<std::uint8_t>(of_box.at(u, v));
+    if (on_box(u + shift, v)) right(u, v) = static_cast<std::uint8_t>(of_box.at(u + shift, v));
   }
   MatchingConfig config{permissive_config()};
   config.method = GetParam();
   const MatchRun run{cpu, left, right, road, config};
   int obstacle{0};
   int missed{0};
-  for (int v{16}; v < foot - 8; ++v) {
-    for (int u{68}; u < 102; ++u) {
-      obstacle += std::abs(run.matches.obstacle(u, v) - shift) < 0.5 ? 1 : 0;
-      missed += run.matches.road(u, v) > 0 ? 1 : 0;
-    }
+  for (const auto [u, v] : raster(68, 102, 16, foot - 8)) {
+    obstacle += std::abs(run.matches.obstacle(u, v) - shift) < 0.5 ? 1 : 0;
+    missed += run.matches.road(u, v) > 0 ? 1 : 0;
   }
   EXPECT_GT(obstacle, 0.95 * (foot - 24) * 34);
   EXPECT_LT(missed, 0.02 * (foot - 24) * 34);
   int false_obstacle{0};
-  for (int v{foot + 8}; v < height - 4; ++v) {
-    for (int u{40}; u < width - 10; ++u) false_obstacle += run.matches.obstacle(u, v) > 0 ? 1 : 0;
-  }
+  for (const auto [u, v] : raster(40, width - 10, foot + 8, height - 4))
+    false_obstacle += run.matches.obstacle(u, v) > 0 ? 1 : 0;
   EXPECT_LT(false_obstacle, 0.02 * (height - foot - 12) * 110);
   int found_road{0};
-  for (int v{foot + 8}; v < height - 4; ++v) {
-    for (int u{40}; u < width - 10; ++u) found_road += std::abs(run.matches.road(u, v) - road_of_row(v)) < 0.5 ? 1 : 0;
-  }
+  for (const auto [u, v] : raster(40, width - 10, foot + 8, height - 4))
+    found_road += std::abs(run.matches.road(u, v) - road_of_row(v)) < 0.5 ? 1 : 0;
   EXPECT_GT(found_road, 0.9 * (height - foot - 12) * (width - 50));
 }
 

@@ -18,11 +18,9 @@ Winners winners_on_noise(const RoadPlane& plane, const MatchingConfig& config, u
   Cpu cpu{2};
   const MatchRun run{cpu, left, right, plane, config};
   Winners winners;
-  for (int v{10}; v < height - 10; ++v) {
-    for (int u{70}; u < width - 10; ++u) {
-      ++winners.all;
-      winners.road += run.level(u, v).cost < run.upright(u, v).cost ? 1 : 0;
-    }
+  for (const auto [u, v] : raster(70, width - 10, 10, height - 10)) {
+    ++winners.all;
+    winners.road += run.level(u, v).cost < run.upright(u, v).cost ? 1 : 0;
   }
   return winners;
 }
@@ -70,15 +68,13 @@ TEST(Confidence, SeparatesMatchesFromNoise) {
     const MatchRun run{cpu, left, right, no_road, config};
     double sum[2]{};
     int count[2]{};
-    for (int v{0}; v < height; ++v) {
-      for (int u{40}; u < width - 10; ++u) {
-        const float confidence{run.matches.confidence(u, v)};
-        ASSERT_EQ(confidence > 0, run.matches.obstacle(u, v) > 0 || run.matches.road(u, v) > 0);
-        ASSERT_TRUE(confidence >= 0 && confidence <= 1);
-        if (confidence == 0 || std::abs(v - height / 2) < 12) continue;
-        sum[v < height / 2 ? 0 : 1] += confidence;
-        ++count[v < height / 2 ? 0 : 1];
-      }
+    for (const auto [u, v] : raster(40, width - 10, 0, height)) {
+      const float confidence{run.matches.confidence(u, v)};
+      ASSERT_EQ(confidence > 0, run.matches.obstacle(u, v) > 0 || run.matches.road(u, v) > 0);
+      ASSERT_TRUE(confidence >= 0 && confidence <= 1);
+      if (confidence == 0 || std::abs(v - height / 2) < 12) continue;
+      sum[v < height / 2 ? 0 : 1] += confidence;
+      ++count[v < height / 2 ? 0 : 1];
     }
     ASSERT_GT(count[0], 0);
     EXPECT_GT(sum[0] / count[0], 0.9);

@@ -13,9 +13,8 @@ constexpr int height{50};
 // The texture, its point (u, v) seen at (u + du, v + dv).
 Image<std::uint8_t> moved(const Texture& texture, double du, double dv) {
   Image<std::uint8_t> image{width, height};
-  for (int v{0}; v < height; ++v) {
-    for (int u{0}; u < width; ++u) image(u, v) = static_cast<std::uint8_t>(texture.at(u - du, v - dv) + 0.5);
-  }
+  for (const auto [u, v] : raster(width, height))
+    image(u, v) = static_cast<std::uint8_t>(texture.at(u - du, v - dv) + 0.5);
   return image;
 }
 
@@ -80,9 +79,7 @@ TEST(Patch, MustLieInsideTheImageWithItsGradients) {
 
 TEST(Patch, StripesFixOneAxisOnly) {
   Image<std::uint8_t> stripes{width, height};
-  for (int v{0}; v < height; ++v) {
-    for (int u{0}; u < width; ++u) stripes(u, v) = static_cast<std::uint8_t>(u / 4 % 2 == 0 ? 50 : 150);
-  }
+  for (const auto [u, v] : raster(width, height)) stripes(u, v) = static_cast<std::uint8_t>(u / 4 % 2 == 0 ? 50 : 150);
   Template patch;
   ASSERT_TRUE(cut(stripes.view(), {40, 25}, 0, patch));
   EXPECT_EQ(information_v(patch), 0);

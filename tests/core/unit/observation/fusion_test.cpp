@@ -6,7 +6,6 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/grid.hpp"
 #include "stereogrid/occupancy_values.hpp"
-#include "stereogrid/pipeline.hpp"
 #include "support.hpp"
 
 namespace stereogrid::test {
@@ -93,11 +92,9 @@ TEST(Fusion, OfAnotherGridTheCellCountsThatHoldsTheCentre) {
   ObservedGrid other{{1, 0.8, 2, 2, 1}, Image<float>{2, 1, 0.9f}, {}};
   other.occupancy(1, 0) = 0.2f;
   const Image<float> cells{fused(Image<float>{4, 3, 0.5f}, {geometry}, {other}, independent)};
-  for (int iy{0}; iy < 3; ++iy) {
-    for (int ix{0}; ix < 4; ++ix) {
-      const float expected{iy < 1 || ix < 1 ? 0.5f : (ix < 3 ? 0.9f : 0.2f)};
-      EXPECT_EQ(cells(ix, iy), expected) << ix << ", " << iy;
-    }
+  for (const auto [ix, iy] : raster(4, 3)) {
+    const float expected{iy < 1 || ix < 1 ? 0.5f : (ix < 3 ? 0.9f : 0.2f)};
+    EXPECT_EQ(cells(ix, iy), expected) << ix << ", " << iy;
   }
 }
 
@@ -186,9 +183,8 @@ TEST(Grid, CellsAndPlaces) {
   const GridGeometry grid{-1, 2, 0.5, 4, 3};
   EXPECT_DOUBLE_EQ(grid.centre(0, 0).x, -0.75);
   EXPECT_DOUBLE_EQ(grid.centre(3, 2).y, 3.25);
-  for (int iy{0}; iy < grid.ny; ++iy) {
-    for (int ix{0}; ix < grid.nx; ++ix) EXPECT_EQ(grid.cell_at(grid.centre(ix, iy)), (CellIndex{ix, iy}));
-  }
+  for (const auto [ix, iy] : raster(grid.nx, grid.ny))
+    EXPECT_EQ(grid.cell_at(grid.centre(ix, iy)), (CellIndex{ix, iy}));
   EXPECT_EQ(grid.cell_at({-1, 2}), (CellIndex{0, 0})) << "the lower edges belong to a cell";
   EXPECT_EQ(grid.cell_at({1, 2.1}), std::nullopt) << "the upper ones do not";
   EXPECT_EQ(grid.cell_at({0, 1.999}), std::nullopt);
@@ -201,23 +197,26 @@ TEST(Grid, WhatIsKnown) {
   for (const float p : {0.46f, 0.5f, 0.54f, nan}) EXPECT_FALSE(is_known(p)) << p;
 }
 
-TEST(OccupancyValues, Percent) {
-  const auto value = [](float p) { return int{occupancy_value(p, OccupancyScale::percent)}; };
-  EXPECT_EQ(value(0), 0);
-  EXPECT_EQ(value(0.02f), 2);
-  EXPECT_EQ(value(0.7f), 70);
-  EXPECT_EQ(value(1), 100);
-  EXPECT_EQ(value(0.5f), -1);
-  EXPECT_EQ(value(nan), -1);
-  EXPECT_EQ(value(7), 100);
-}
-
-TEST(OccupancyValues, Trinary) {
-  const auto value = [](float p) { return int{occupancy_value(p, OccupancyScale::trinary)}; };
-  EXPECT_EQ(value(0.1f), 0);
-  EXPECT_EQ(value(0.4f), -1);
-  EXPECT_EQ(value(0.6f), -1);
-  EXPECT_EQ(value(0.66f), 100);
+TEST(OccupancyValues, OfEachScale) {
+  using enum OccupancyScale;
+  for (const auto& [scale, p, value] : std::vector<std::tuple<OccupancyScale, float, int>>{{percent, 0, 0},
+                                                                                           {percent, 0.02f, 2},
+                                                                                           {percent, 0.7f, 70},
+                                                                                           {percent, 1, 100},
+                                                                                           {percent, 0.5f, -1},
+                                                                                           {percent, nan, -1},
+                                                                                           {percent, 7, 100},
+                                                                                           {trinary, 0.1f, 0},
+                                                                                           {trinary, 0.4f, -1},
+                                                                                           {trinary, 0.6f, -1},
+                                                                                           {autoware, 0, 1},
+                                                                                           {autoware, 1, 99},
+                                                                                           {autoware, 0.7f, 70},
+                                                                                           {autoware, 0.5f, 50},
+                                                                                           {autoware, nan, 50},
+                                                                                           {trinary, 0.66f, 100}}) {
+    EXPECT_EQ(occupancy_value(p, scale), value) << static_cast<int>(scale) << " " << p;
+  }
 }
 
 // Nav2's static layer takes 100 for an obstacle, 99 for "inscribed" and -1 for unknown.
@@ -236,15 +235,6 @@ TEST(OccupancyValues, Nav2) {
   }
   EXPECT_GT(value(0.36f), 0);
   EXPECT_LE(value(0.64f), 98);
-}
-
-TEST(OccupancyValues, Autoware) {
-  const auto value = [](float p) { return int{occupancy_value(p, OccupancyScale::autoware)}; };
-  EXPECT_EQ(value(0), 1);
-  EXPECT_EQ(value(1), 99);
-  EXPECT_EQ(value(0.7f), 70);
-  EXPECT_EQ(value(0.5f), 50);
-  EXPECT_EQ(value(nan), 50);
 }
 
 TEST(OccupancyValues, RowsFollowEachOther) {

@@ -66,12 +66,10 @@ TEST(Projection, ABinAppearsInTheCellsThatItsFootprintTouches) {
       const Image<float> cells{projected(occupancy, placed(geometry, pose))};
       const Image<float> expected{walked(bin.u, bin.d, geometry, pose)};
       int found{0};
-      for (int iy{0}; iy < geometry.ny; ++iy) {
-        for (int ix{0}; ix < geometry.nx; ++ix) {
-          EXPECT_EQ(cells(ix, iy) == 0.9f, expected(ix, iy) == 0.9f)
-              << "bin " << bin.u << " " << bin.d << ", yaw " << pose.yaw_rad << ", cell " << ix << " " << iy;
-          found += cells(ix, iy) == 0.9f ? 1 : 0;
-        }
+      for (const auto [ix, iy] : raster(geometry.nx, geometry.ny)) {
+        EXPECT_EQ(cells(ix, iy) == 0.9f, expected(ix, iy) == 0.9f)
+            << "bin " << bin.u << " " << bin.d << ", yaw " << pose.yaw_rad << ", cell " << ix << " " << iy;
+        found += cells(ix, iy) == 0.9f ? 1 : 0;
       }
       EXPECT_GT(found, 0) << "bin " << bin.u << " " << bin.d << ", yaw " << pose.yaw_rad;
     }

@@ -38,9 +38,7 @@ void put_wall(int u, int end, float disparity, double height_m, Matches& matches
 
 Matches empty_road() {
   Matches matches{201, 200};
-  for (int v{60}; v < 200; ++v) {
-    for (int u{0}; u < 201; ++u) matches.road(u, v) = static_cast<float>((v - 50) / 6.0);
-  }
+  for (const auto [u, v] : raster(0, 201, 60, 200)) matches.road(u, v) = static_cast<float>((v - 50) / 6.0);
   return matches;
 }
 
@@ -288,9 +286,8 @@ TEST(Rays, HeightsAreOverTheRelief) {
   Image<float> cells{grid.nx, grid.ny};
   project_rays(reference, space, BinGeometry{round_rig()}, {grid}, cells.view());
   const Image<float> expected{cells_of(level)};
-  for (int iy{0}; iy < grid.ny; ++iy) {
-    for (int ix{25}; ix < grid.nx; ++ix) EXPECT_EQ(cells(ix, iy), expected(ix, iy)) << ix << " " << iy;
-  }
+  for (const auto [ix, iy] : raster(25, grid.nx, 0, grid.ny))
+    EXPECT_EQ(cells(ix, iy), expected(ix, iy)) << ix << " " << iy;
 }
 
 // Counted by hand, pixel by pixel, without sums.
@@ -307,12 +304,10 @@ TEST(Rays, SumsAreThoseOfThePixels) {
     for (const int columns : {1, 9, 23}) {
       int ending{0};
       int road{0};
-      for (int v{0}; v < 31; ++v) {
-        for (int u{0}; u < columns; ++u) {
-          const double d{matches.obstacle(u, v)};
-          if (d > 0 && d < k / 2.0 && v <= rows.row(d, 0.25) && v >= rows.row(d, 1.8)) ++ending;
-          if (matches.road(u, v) > 0 && matches.road(u, v) < static_cast<float>(k) / 2) ++road;
-        }
+      for (const auto [u, v] : raster(columns, 31)) {
+        const double d{matches.obstacle(u, v)};
+        if (d > 0 && d < k / 2.0 && v <= rows.row(d, 0.25) && v >= rows.row(d, 1.8)) ++ending;
+        if (matches.road(u, v) > 0 && matches.road(u, v) < static_cast<float>(k) / 2) ++road;
       }
       EXPECT_EQ(count_of(space.sums(k, columns), ending_ray), ending) << k << " " << columns;
       EXPECT_EQ(count_of(space.sums(k, columns), ending_on_road), road) << k << " " << columns;

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "observation/u_disparity/u_disparity.hpp"
-
 #include "backend/reference.hpp"
 #include "observation/u_disparity/model.hpp"
 #include "support.hpp"
@@ -212,10 +210,8 @@ TEST(UDisparity, BinsLeftOfTheRightImageAreUnknown) {
   constexpr int window_px{5};
   const StageImages stages{tiny_count(config, tiny_matches(), window_px)};
   const StageImages without{tiny_count(tiny_config(), tiny_matches(), window_px)};
-  for (int d{1}; d < tiny_disparities; ++d) {
-    for (int u{0}; u < 5; ++u) {
-      EXPECT_EQ(stages.occupancy(u, d), u < d + 2 ? 0.5f : without.occupancy(u, d)) << u << " " << d;
-    }
+  for (const auto [u, d] : raster(0, 5, 1, tiny_disparities)) {
+    EXPECT_EQ(stages.occupancy(u, d), u < d + 2 ? 0.5f : without.occupancy(u, d)) << u << " " << d;
   }
   EXPECT_NE(without.occupancy(2, 3), 0.5f);
 }
@@ -249,17 +245,15 @@ TEST(Smoothing, IsTheConvolutionWithRepeatedBorders) {
   const double along_disparity[]{0.682690, 0.157305, 0.001350};
   const double along_columns[]{0.261182, 0.210838, 0.110892, 0.037984, 0.008468, 0.001227};
   const StageImages stages{tiny_count(tiny_config())};
-  for (int d{1}; d < tiny_disparities; ++d) {
-    for (int u{0}; u < 5; ++u) {
-      double sum{0};
-      for (int j{-2}; j <= 2; ++j) {
-        for (int i{-5}; i <= 5; ++i) {
-          sum += along_columns[std::abs(i)] * along_disparity[std::abs(j)] *
-                 stages.occupancy(std::clamp(u + i, 0, 4), std::clamp(d + j, 1, tiny_disparities - 1));
-        }
+  for (const auto [u, d] : raster(0, 5, 1, tiny_disparities)) {
+    double sum{0};
+    for (int j{-2}; j <= 2; ++j) {
+      for (int i{-5}; i <= 5; ++i) {
+        sum += along_columns[std::abs(i)] * along_disparity[std::abs(j)] *
+               stages.occupancy(std::clamp(u + i, 0, 4), std::clamp(d + j, 1, tiny_disparities - 1));
       }
-      EXPECT_NEAR(stages.occupancy_smooth(u, d), sum, 1e-5) << u << " " << d;
     }
+    EXPECT_NEAR(stages.occupancy_smooth(u, d), sum, 1e-5) << u << " " << d;
   }
 }
 

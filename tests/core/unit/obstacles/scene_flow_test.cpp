@@ -51,11 +51,9 @@ class Street {
   [[nodiscard]] Image<std::uint8_t> view_of(Point2 wall, double disparity, int rows_off = 0) const {
     Image<std::uint8_t> image{rig.width_px, rig.height_px};
     const double scale{40 * wall.x / rig.focal_px};
-    for (int v{0}; v < rig.height_px; ++v) {
-      for (int u{0}; u < rig.width_px; ++u) {
-        const double across{scale * (u + disparity - rig.cx_px) + 40 * wall.y};
-        image(u, v) = static_cast<std::uint8_t>(shade(across, scale * (v - rows_off - rig.cy_px)) + 0.5);
-      }
+    for (const auto [u, v] : raster(rig.width_px, rig.height_px)) {
+      const double across{scale * (u + disparity - rig.cx_px) + 40 * wall.y};
+      image(u, v) = static_cast<std::uint8_t>(shade(across, scale * (v - rows_off - rig.cy_px)) + 0.5);
     }
     return image;
   }

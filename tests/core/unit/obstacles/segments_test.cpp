@@ -69,9 +69,7 @@ TEST(Segments, WhatStandsBeforeSomethingIsAThingOfItsOwn) {
 TEST(Segments, DisparitiesBetweenTwoSurfacesDoNotJoinThem) {
   PaintedObstacles painted{PaintedObstacles{}.wall(12, -2.5, 2.5).wall(6, -0.3, 0.3)};
   const int edge{PaintedObstacles::column(6, -0.3)};
-  for (int v{60}; v < 120; ++v) {
-    for (int i{0}; i < 4; ++i) painted.disparity(edge + i, v) = 12.0f - 1.3f * static_cast<float>(i);
-  }
+  for (const auto [i, v] : raster(0, 4, 60, 120)) painted.disparity(edge + i, v) = 12.0f - 1.3f * static_cast<float>(i);
   ClusterWorkspace space{obstacle_space()};
   space.segmenter.find(painted.disparity.view(), level, in_one);
   EXPECT_NE(space.segmenter.segment_at({6, 0}), space.segmenter.segment_at({12, -2}));
@@ -90,13 +88,11 @@ TEST(Segments, ALongRowIsCutWhereItIsThin) {
   PaintedObstacles row;
   row.side(5, 9, 2);
   row.side(9.6, 13, 2);
-  for (int u{0}; u < 256; ++u) {
-    for (int v{0}; v < 160; ++v) {
-      // a part as low as a bumper joins them
-      const double x_m{400.0 / (128 - (u + 0.5))};
-      if (x_m > 9 && x_m < 9.6 && v > 80 + 200 * 0.8 / x_m && v < 80 + 200 * 1.2 / x_m) {
-        row.disparity(u, v) = static_cast<float>(80 / x_m);
-      }
+  for (const auto [v, u] : raster(160, 256)) {
+    // a part as low as a bumper joins them
+    const double x_m{400.0 / (128 - (u + 0.5))};
+    if (x_m > 9 && x_m < 9.6 && v > 80 + 200 * 0.8 / x_m && v < 80 + 200 * 1.2 / x_m) {
+      row.disparity(u, v) = static_cast<float>(80 / x_m);
     }
   }
   EXPECT_GE(segments_of(row), 2u);

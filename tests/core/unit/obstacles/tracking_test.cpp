@@ -4,7 +4,6 @@
 #include "backend/cpu.hpp"
 #include "filter_run.hpp"
 #include "stereogrid/error.hpp"
-#include "stereogrid/pipeline.hpp"
 #include "support.hpp"
 #include "tracked_blobs.hpp"
 

@@ -130,9 +130,7 @@ TEST(VelocityEvidence, MovesAThingOnWithTheNextStep) {
   Seen seen;
   FilterRun<Cpu>& run{seen.run};
   std::vector<VelocityEvidence> evidence;
-  for (int y{8}; y < 12; ++y) {
-    for (int x{8}; x < 12; ++x) evidence.push_back({y * cells + x, 2, 0, 8, 0, 8});
-  }
+  for (const auto [x, y] : raster(8, 12, 8, 12)) evidence.push_back({y * cells + x, 2, 0, 8, 0, 8});
   for (int i{0}; i < 3; ++i) seen.weigh(evidence);
   run.step(Image<float>{cells, cells, 0.5f});
   EXPECT_GT(run.layers.occupancy(12, 9), 0.7) << "a cell further, unseen";
