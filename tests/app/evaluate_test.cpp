@@ -171,9 +171,7 @@ TEST_F(Evaluate, SaysWhatIsMissing) {
   const auto error_text = [&](const std::vector<std::string>& words) {
     std::vector<std::string> all{"evaluate", folder / "run"};
     all.insert(all.end(), words.begin(), words.end());
-    const Outcome outcome{run_tool(all)};
-    EXPECT_EQ(outcome.exit_code, 65);
-    return outcome.errors;
+    return errors_of(65, all);
   };
   EXPECT_THAT(error_text({"--truth", "lidar"}), HasSubstr("has no lidar sweeps. It has exact truth"));
   EXPECT_THAT(error_text({"scene:empty?frames=2&width=200&height=100"}),

@@ -282,23 +282,22 @@ TEST_F(Info, RejectsADamagedFrameAndStaysUsable) {
 constexpr const char* library_name{"libstereogrid_cuda.so"};
 
 /// An installed program, started from another folder.
-class Library : public ::testing::Test {
- protected:
+struct Library : FolderTest {
   void SetUp() override {
-    for (const fs::path& folder : {bin(), prefix() / STEREOGRID_LIBRARY_FOLDER, elsewhere()})
-      fs::create_directories(folder);
+    for (const fs::path& path : {bin(), prefix() / STEREOGRID_LIBRARY_FOLDER, elsewhere()})
+      fs::create_directories(path);
     fs::copy_file(STEREOGRID_TOOL, bin() / "stereogrid");
   }
 
-  [[nodiscard]] fs::path prefix() const { return fs::canonical(folder_.path()) / "prefix"; }
+  [[nodiscard]] fs::path prefix() const { return fs::canonical(folder.path()) / "prefix"; }
   [[nodiscard]] fs::path bin() const { return prefix() / "bin"; }
-  [[nodiscard]] fs::path elsewhere() const { return fs::canonical(folder_.path()) / "elsewhere"; }
+  [[nodiscard]] fs::path elsewhere() const { return fs::canonical(folder.path()) / "elsewhere"; }
 
-  static void put_library(const fs::path& folder) { std::ofstream{folder / library_name} << "no library"; }
+  static void put_library(const fs::path& where) { std::ofstream{where / library_name} << "no library"; }
 
   /// Error of a run that requires the library; `program` as typed in the folder elsewhere.
   [[nodiscard]] std::string error_text(const std::string& program) const {
-    const fs::path errors{folder_ / "errors"};
+    const fs::path errors{folder / "errors"};
     const int code{shell("cd " + quoted(elsewhere().string()) +
                          " && unset STEREOGRID_CUDA_LIBRARY LD_LIBRARY_PATH && PATH=" + quoted(bin().string()) +
                          ":$PATH && " + program + " run " + quoted(small_scene("empty", "&frames=1")) +
@@ -306,9 +305,6 @@ class Library : public ::testing::Test {
     EXPECT_EQ(code, 75);
     return text_of(errors);
   }
-
- private:
-  TemporaryFolder folder_;
 };
 
 TEST_F(Library, BesideTheProgramIsFoundHoweverTheProgramIsCalled) {

@@ -8,27 +8,24 @@ namespace {
 
 using ::testing::Contains, ::testing::ElementsAre, ::testing::HasSubstr;
 
-class GivenRecording : public ::testing::Test {
- protected:
+struct GivenRecording : FolderTest {
   [[nodiscard]] std::unique_ptr<Recording> open(const fs::path& root,
                                                 const std::optional<fs::path>& disparities = {}) const {
-    return open_recording({{folder_ / root}, {}, "", disparities});
+    return open_recording({{folder / root}, {}, "", disparities});
   }
   /// Disparities 3, 4, … px all over.
-  void put_disparities(const fs::path& folder, const std::vector<std::string>& names) const {
-    fs::create_directories(folder_ / folder);
+  void put_disparities(const fs::path& side, const std::vector<std::string>& names) const {
+    fs::create_directories(folder / side);
     for (std::size_t i{0}; i < names.size(); ++i) {
-      write_png(folder_ / folder / (names[i] + ".png"),
+      write_png(folder / side / (names[i] + ".png"),
                 Image<std::uint16_t>{small_width_px, small_height_px, static_cast<std::uint16_t>((3 + i) * 256)});
     }
   }
   void put_plain_given() const {
-    put_plain(folder_.path());
-    fs::remove_all(folder_ / "right");
+    put_plain(folder.path());
+    fs::remove_all(folder / "right");
     put_disparities("disparity", {"a", "b", "c"});
   }
-
-  TemporaryFolder folder_;
 };
 
 TEST_F(GivenRecording, PlainFolderWithDisparities) {
@@ -49,15 +46,15 @@ TEST_F(GivenRecording, PlainFolderWithDisparities) {
 }
 
 TEST_F(GivenRecording, DepthBecomesDisparities) {
-  put_plain(folder_.path());
-  fs::create_directories(folder_ / "depth");
+  put_plain(folder.path());
+  fs::create_directories(folder / "depth");
   for (const char* const name : {"a", "b", "c"}) {
-    write_png(folder_ / "depth" / (std::string{name} + ".png"),
+    write_png(folder / "depth" / (std::string{name} + ".png"),
               Image<std::uint16_t>{small_width_px, small_height_px, 5000});
   }
   const auto at = [&](double units_per_m) {
-    InputArguments arguments{{folder_.path()}, {}, ""};
-    arguments.depth = folder_ / "depth";
+    InputArguments arguments{{folder.path()}, {}, ""};
+    arguments.depth = folder / "depth";
     arguments.depth_units_per_m = units_per_m;
     const auto recording{open_recording(arguments)};
     EXPECT_TRUE(recording->gives_disparities());
@@ -68,61 +65,61 @@ TEST_F(GivenRecording, DepthBecomesDisparities) {
   };
   EXPECT_NEAR(at(1000), 5, 1e-5);
   EXPECT_NEAR(at(5000), 1, 1e-5);
-  fs::remove_all(folder_ / "right");
+  fs::remove_all(folder / "right");
   const auto found{open("")};
   EXPECT_NEAR(found->load(0).disparity(0, 0), found->rig().focal_px * found->rig().baseline_m / 5, 1e-5);
 }
 
 TEST_F(GivenRecording, DepthInWholeUnitsIsDividedExactly) {
   // as in bags and Python: 1002 times the float 0.001 is another number
-  write_png(folder_ / "depth.png", Image<std::uint16_t>{small_width_px, small_height_px, 1002});
-  EXPECT_EQ(read_depth(folder_ / "depth.png", 1000)(3, 3), 1.002F);
+  write_png(folder / "depth.png", Image<std::uint16_t>{small_width_px, small_height_px, 1002});
+  EXPECT_EQ(read_depth(folder / "depth.png", 1000)(3, 3), 1.002F);
 }
 
 TEST_F(GivenRecording, RightImagesComeFirst) {
-  put_plain(folder_.path());
+  put_plain(folder.path());
   put_disparities("disparity", {"a", "b", "c"});
   const auto recording{open("")};
   EXPECT_FALSE(recording->gives_disparities());
   EXPECT_TRUE(recording->load(0).disparity.empty());
   EXPECT_THAT(recording->contents().notes, Contains(HasSubstr("there are right images (--disparities takes them)")));
-  EXPECT_EQ(open("", folder_ / "disparity")->load(0).disparity(3, 3), 3.0F);
+  EXPECT_EQ(open("", folder / "disparity")->load(0).disparity(3, 3), 3.0F);
 }
 
 TEST_F(GivenRecording, AnyLayoutTakesAFolder) {
-  put_odometry(folder_ / "odometry");
+  put_odometry(folder / "odometry");
   put_disparities("given", {"000046", "000047", "000048", "000099"});
-  const auto with_right{open("odometry", folder_ / "given")};
+  const auto with_right{open("odometry", folder / "given")};
   ASSERT_EQ(with_right->size(), 3U) << "a disparity image without a left one is not a frame";
   EXPECT_EQ(with_right->load(2).disparity(0, 0), 5.0F);
   EXPECT_DOUBLE_EQ(with_right->load(2).world_from_vehicle->x_m, 9);
-  fs::remove_all(folder_ / "odometry" / "image_1");
-  EXPECT_EQ(open("odometry", folder_ / "given")->load(0).disparity(0, 0), 3.0F) << "right images are not needed";
-  const fs::path left{folder_ / "odometry" / "image_0" / "000047.png"};
-  const auto pair{open_recording({{left, left}, folder_ / "odometry" / "calib.txt", "", folder_ / "given"})};
+  fs::remove_all(folder / "odometry" / "image_1");
+  EXPECT_EQ(open("odometry", folder / "given")->load(0).disparity(0, 0), 3.0F) << "right images are not needed";
+  const fs::path left{folder / "odometry" / "image_0" / "000047.png"};
+  const auto pair{open_recording({{left, left}, folder / "odometry" / "calib.txt", "", folder / "given"})};
   EXPECT_EQ(pair->load(0).disparity(0, 0), 4.0F);
 }
 
 TEST_F(GivenRecording, RightImagesMayComeBesideDisparities) {
-  put_odometry(folder_ / "odometry");
+  put_odometry(folder / "odometry");
   put_disparities("given", {"000046", "000047", "000048"});
-  InputArguments arguments{{folder_ / "odometry"}, {}, ""};
+  InputArguments arguments{{folder / "odometry"}, {}, ""};
   arguments.with_right = true;
   expect_error<ConfigError>([&] { static_cast<void>(open_recording(arguments)); },
                             {"--with-right needs --disparities"});
-  arguments.disparities = folder_ / "given";
-  fs::remove(folder_ / "odometry" / "image_1" / "000048.png");
+  arguments.disparities = folder / "given";
+  fs::remove(folder / "odometry" / "image_1" / "000048.png");
   const auto recording{open_recording(arguments)};
   const StereoFrame frame{recording->load(0)};
   EXPECT_EQ(frame.disparity(0, 0), 3.0F);
-  EXPECT_EQ(frame.right, open_recording({{folder_ / "odometry"}, {}, ""})->load(0).right);
+  EXPECT_EQ(frame.right, open_recording({{folder / "odometry"}, {}, ""})->load(0).right);
   EXPECT_THAT(recording->contents().notes, Contains(HasSubstr("right images for features")));
   EXPECT_THROW(static_cast<void>(recording->load(2)), InputError) << "its right image is missing";
 }
 
 TEST_F(GivenRecording, AMissingOneIsThatFramesError) {
   put_plain_given();
-  fs::remove(folder_ / "disparity" / "b.png");
+  fs::remove(folder / "disparity" / "b.png");
   const auto recording{open("")};
   ASSERT_EQ(recording->size(), 3U);
   EXPECT_THAT(recording->contents().warnings, ElementsAre(HasSubstr("frame b: the disparity image is missing")));
@@ -132,7 +129,7 @@ TEST_F(GivenRecording, AMissingOneIsThatFramesError) {
 
 TEST_F(GivenRecording, AnotherSizeIsThatFramesError) {
   put_plain_given();
-  write_png(folder_ / "disparity" / "b.png", Image<std::uint16_t>{small_width_px, 32, 512});
+  write_png(folder / "disparity" / "b.png", Image<std::uint16_t>{small_width_px, 32, 512});
   const auto recording{open("")};
   expect_error([&] { static_cast<void>(recording->load(1)); }, {"b.png", "65×33", "65×32", "same size"});
   EXPECT_EQ(recording->load(0).disparity(0, 0), 3.0F);
@@ -140,13 +137,13 @@ TEST_F(GivenRecording, AnotherSizeIsThatFramesError) {
 
 TEST_F(GivenRecording, FoldersThatCannotBeUsed) {
   put_plain_given();
-  expect_error([&] { static_cast<void>(open("", folder_ / "nowhere")); }, {"nowhere", "no such folder"});
-  fs::create_directories(folder_ / "empty");
-  expect_error([&] { static_cast<void>(open("", folder_ / "empty")); }, {"empty", "no images", "NPY"});
+  expect_error([&] { static_cast<void>(open("", folder / "nowhere")); }, {"nowhere", "no such folder"});
+  fs::create_directories(folder / "empty");
+  expect_error([&] { static_cast<void>(open("", folder / "empty")); }, {"empty", "no images", "NPY"});
   put_disparities("others", {"x"});
-  expect_error([&] { static_cast<void>(open("", folder_ / "others")); },
+  expect_error([&] { static_cast<void>(open("", folder / "others")); },
                {"no left image has a disparity one", "left and others"});
-  put(folder_ / "disparity" / "a.npy", "");
+  put(folder / "disparity" / "a.npy", "");
   expect_error([&] { static_cast<void>(open("")); }, {"a.", "another image of the same name"});
 }
 

@@ -27,15 +27,12 @@ std::string png_of(std::uint32_t width, std::uint32_t height) {
          png_chunk("IDAT", "") + png_chunk("IEND", "");
 }
 
-class Hostile : public ::testing::Test {
- protected:
+struct Hostile : FolderTest {
   void refused(const std::function<void(const fs::path&)>& read, const std::string& name, std::string_view bytes,
                std::initializer_list<std::string_view> parts) const {
-    put(folder_ / name, bytes);
-    expect_error([&] { read(folder_ / name); }, parts);
+    put(folder / name, bytes);
+    expect_error([&] { read(folder / name); }, parts);
   }
-
-  TemporaryFolder folder_;
 };
 
 void read_image(const fs::path& path) {
@@ -43,8 +40,8 @@ void read_image(const fs::path& path) {
 }
 
 TEST_F(Hostile, PngWithAFlippedBitInTheNameOfAChunk) {
-  write_png(folder_ / "a.png", Image<std::uint8_t>{4, 3, 9});
-  std::string bytes{read_file(folder_ / "a.png")};
+  write_png(folder / "a.png", Image<std::uint8_t>{4, 3, 9});
+  std::string bytes{read_file(folder / "a.png")};
   bytes[bytes.find("IDAT")] = static_cast<char>('I' | 0x80);
   refused(read_image, "b.png", bytes, {"b.png", "\\xC9DAT"});
 }
@@ -57,8 +54,8 @@ TEST_F(Hostile, ImagesThatDeclareAbsurdSizes) {
   refused(read_image, "bomb.pgm", "P5\n9999999999 9999999999\n255\n", {"bomb.pgm"});
   refused(read_image, "bomb.pgm", "P2\n32768 32768\n255\n1 2 3", {"bomb.pgm", "says that it has 32768 × 32768 px"});
 
-  cv::imwrite((folder_ / "a.jpg").string(), cv::Mat(30, 40, CV_8UC1, cv::Scalar(99)));
-  std::string jpeg{read_file(folder_ / "a.jpg")};
+  cv::imwrite((folder / "a.jpg").string(), cv::Mat(30, 40, CV_8UC1, cv::Scalar(99)));
+  std::string jpeg{read_file(folder / "a.jpg")};
   const std::size_t frame{jpeg.find("\xff\xc0")};
   ASSERT_NE(frame, std::string::npos);
   const std::string sound{jpeg};
@@ -76,9 +73,9 @@ TEST_F(Hostile, ImagesThatDeclareAbsurdSizes) {
 
 TEST_F(Hostile, JpegWithHundredsOfScans) {
   const std::vector<int> progressive{cv::IMWRITE_JPEG_PROGRESSIVE, 1};
-  cv::imwrite((folder_ / "a.jpg").string(), cv::Mat(30, 40, CV_8UC1, cv::Scalar(99)), progressive);
-  std::string jpeg{read_file(folder_ / "a.jpg")};
-  EXPECT_EQ(read_grey(folder_ / "a.jpg").width(), 40);
+  cv::imwrite((folder / "a.jpg").string(), cv::Mat(30, 40, CV_8UC1, cv::Scalar(99)), progressive);
+  std::string jpeg{read_file(folder / "a.jpg")};
+  EXPECT_EQ(read_grey(folder / "a.jpg").width(), 40);
   const std::size_t scan{jpeg.rfind("\xff\xda")};
   ASSERT_NE(scan, std::string::npos);
   const std::string last{jpeg.substr(scan, jpeg.size() - 2 - scan)};
@@ -96,8 +93,8 @@ TEST_F(Hostile, DisparitiesThatDeclareAbsurdSizes) {
     refused(read_disparities, "a.tif", head, {"a.tif", "damaged"});
   }
   refused(read_disparities, "b.tif", "MM\0+\0\x08\0\0\xff\xff\xff\xff\xff\xff\xff\xff"s, {"b.tif", "damaged"});
-  cv::imwrite((folder_ / "c.tif").string(), cv::Mat(5, 5, CV_8UC1, cv::Scalar(9)));
-  const std::string sound{read_file(folder_ / "c.tif")};
+  cv::imwrite((folder / "c.tif").string(), cv::Mat(5, 5, CV_8UC1, cv::Scalar(9)));
+  const std::string sound{read_file(folder / "c.tif")};
   const auto tiff{[&](std::string_view tag, std::string_view value) {
     std::string bytes{sound};
     const std::size_t entry{bytes.find(std::string{tag} + "\x03\0\x01\0\0\0"s)};
@@ -120,8 +117,8 @@ TEST_F(Hostile, HeadOfAnArrayThatIsNoText) {
 
 TEST_F(Hostile, ArchiveThatWouldUnfoldIntoGigabytes) {
   const std::vector<float> zeros(100'000);
-  write_npz(folder_ / "a.npz", std::vector<NpzArray>{{"a", {zeros.size()}, zeros}});
-  std::string bytes{read_file(folder_ / "a.npz")};
+  write_npz(folder / "a.npz", std::vector<NpzArray>{{"a", {zeros.size()}, zeros}});
+  std::string bytes{read_file(folder / "a.npz")};
   // the size before packing, as the entry and the directory at the end declare it
   const auto size{static_cast<std::uint32_t>(zeros.size() * sizeof(float) + 128)};
   std::string old(4, '\0');
@@ -143,8 +140,8 @@ constexpr const char* good_calibration{
     "focal_px: 60\ncx_px: 32\ncy_px: 16\nbaseline_m: 0.2\nmount: {camera_height_m: 1.2}\n"};
 
 TEST_F(Hostile, CalibrationsThatAreNone) {
-  put(folder_ / "good.yaml", "\xef\xbb\xbf"s + good_calibration);
-  EXPECT_NO_THROW(read_any_calibration(folder_ / "good.yaml"));
+  put(folder / "good.yaml", "\xef\xbb\xbf"s + good_calibration);
+  EXPECT_NO_THROW(read_any_calibration(folder / "good.yaml"));
   const std::string good{good_calibration};
   for (const auto& [text, said] : std::vector<std::pair<std::string, std::string_view>>{
            {good + "{a: 1}: 2\n", "key in line 6"},
@@ -170,8 +167,8 @@ TEST_F(Hostile, CalibrationsThatAreNone) {
 
 TEST_F(Hostile, LidarThatIsFarAway) {
   const std::string rest{small_calib};
-  put(folder_ / "good.txt", "\xef\xbb\xbf"s + rest + "Tr: 0 -1 0 0 0 0 -1 0 1 0 0 0\r\n");
-  EXPECT_TRUE(read_calibration(folder_ / "good.txt", 65, 33).camera_from_velodyne);
+  put(folder / "good.txt", "\xef\xbb\xbf"s + rest + "Tr: 0 -1 0 0 0 0 -1 0 1 0 0 0\r\n");
+  EXPECT_TRUE(read_calibration(folder / "good.txt", 65, 33).camera_from_velodyne);
   const auto read{[](const fs::path& path) { static_cast<void>(read_calibration(path, 65, 33)); }};
   refused(read, "far.txt", rest + "Tr: 0 -1 0 2e9 0 0 -1 0 1 0 0 0\n", {"far.txt", "2e+09 m away", "metres"});
   refused(read, "flat.txt", rest + "Tr: 0 0 0 1 0 0 0 1 0 0 0 1\n", {"flat.txt", "not a rotation"});
@@ -179,8 +176,8 @@ TEST_F(Hostile, LidarThatIsFarAway) {
 
 TEST_F(Hostile, SweepWithPointsThatNoLidarSees) {
   const std::array<float, 12> points{1, 2, 3, 0, 2e9F, 0, 0, 0, 0, 0, -1e38F, 0};
-  put(folder_ / "a.bin", {reinterpret_cast<const char*>(points.data()), sizeof points});
-  EXPECT_EQ(read_scan(folder_ / "a.bin").size(), 1U);
+  put(folder / "a.bin", {reinterpret_cast<const char*>(points.data()), sizeof points});
+  EXPECT_EQ(read_scan(folder / "a.bin").size(), 1U);
 }
 
 TEST_F(Hostile, SettingsThatAreNone) {
@@ -195,21 +192,21 @@ TEST_F(Hostile, SettingsThatAreNone) {
            {"grid: 3\n", "'grid' is a group"},
            {"grid: {length_m: " + std::string(100'000, '7') + "x}\n", "…"},
            {"gr\xff: 3\n", "bad.yaml"}}) {
-    put(folder_ / "bad.yaml", text);
+    put(folder / "bad.yaml", text);
     Config config;
     try {
-      load_config(folder_ / "bad.yaml", config);
+      load_config(folder / "bad.yaml", config);
       ADD_FAILURE() << "taken: " << text.substr(0, 80);
     } catch (const ConfigError& error) {
       EXPECT_THAT(error.what(), ::testing::HasSubstr(std::string{said}));
       EXPECT_LT(std::string_view{error.what()}.size(), 1000U);
     }
   }
-  put(folder_ / "large.yaml", std::string(2 << 20, '#'));
+  put(folder / "large.yaml", std::string(2 << 20, '#'));
   Config config;
-  expect_error([&] { load_config(folder_ / "large.yaml", config); }, {"large.yaml", "more than 1 MB"});
-  put(folder_ / "marked.yaml", "\xef\xbb\xbfgrid: {length_m: 31}\r\n");
-  load_config(folder_ / "marked.yaml", config);
+  expect_error([&] { load_config(folder / "large.yaml", config); }, {"large.yaml", "more than 1 MB"});
+  put(folder / "marked.yaml", "\xef\xbb\xbfgrid: {length_m: 31}\r\n");
+  load_config(folder / "marked.yaml", config);
   EXPECT_EQ(config.grid.length_m, 31);
 }
 
@@ -219,16 +216,16 @@ TEST_F(Hostile, SettingsWithAliasesThatMultiply) {
   for (int i{0}; i < 5000; ++i) text += "k" + std::to_string(i) + ": ,";
   text += "}\n";
   for (int i{0}; i < 5000; ++i) text += "b" + std::to_string(i) + ": *a\n";
-  put(folder_ / "many.yaml", text);
+  put(folder / "many.yaml", text);
   Config config;
-  expect_error<ConfigError>([&] { load_config(folder_ / "many.yaml", config); }, {"more keys than parameters"});
+  expect_error<ConfigError>([&] { load_config(folder / "many.yaml", config); }, {"more keys than parameters"});
 }
 
 TEST_F(Hostile, PosesThatLeadOutOfTheWorld) {
   const auto read{[](const fs::path& path) { static_cast<void>(read_poses_csv(path)); }};
   const std::string head{"\xef\xbb\xbfname,stamp_ns,x_m,y_m,yaw_rad\r\n"};
-  put(folder_ / "good.csv", head + "a,1,0,0,0\r\n");
-  EXPECT_NO_THROW(read(folder_ / "good.csv"));
+  put(folder / "good.csv", head + "a,1,0,0,0\r\n");
+  EXPECT_NO_THROW(read(folder / "good.csv"));
   refused(read, "far.csv", head + "a,1,1e300,0,0\n", {"far.csv", "line 2", "100 million"});
   refused(read, "late.csv", head + "a,9223372036854775807,0,0,0\n", {"late.csv", "line 2", "2096"});
   refused(read, "early.csv", head + "a,-9223372036854775808,0,0,0\n", {"early.csv", "line 2"});
@@ -237,24 +234,21 @@ TEST_F(Hostile, PosesThatLeadOutOfTheWorld) {
 TEST_F(Hostile, AMillionLinesOfPosesTakeNoLongerThanTheyMust) {
   std::string text{"name,stamp_ns,x_m,y_m,yaw_rad\n"};
   for (int i{0}; i < 1'000'000; ++i) text += std::to_string(i) + "," + std::to_string(i) + ",0,0,0\n";
-  put(folder_ / "many.csv", text);
-  EXPECT_EQ(read_poses_csv(folder_ / "many.csv").size(), 1'000'000U);
+  put(folder / "many.csv", text);
+  EXPECT_EQ(read_poses_csv(folder / "many.csv").size(), 1'000'000U);
 }
 
-class HostileFrames : public ::testing::Test {
- protected:
-  [[nodiscard]] std::unique_ptr<Recording> open() const { return open_recording({{folder_.path()}, {}, "none"}); }
+struct HostileFrames : FolderTest {
+  [[nodiscard]] std::unique_ptr<Recording> open() const { return open_recording({{folder.path()}, {}, "none"}); }
   void refused(const std::string& frames, std::initializer_list<std::string_view> parts) const {
-    put(folder_ / "frames.txt", frames);
+    put(folder / "frames.txt", frames);
     expect_error([&] { static_cast<void>(open()); }, parts);
   }
-
-  TemporaryFolder folder_;
 };
 
 TEST_F(HostileFrames, FramesFileAsEditorsLeaveIt) {
-  put_plain(folder_.path());
-  put(folder_ / "frames.txt",
+  put_plain(folder.path());
+  put(folder / "frames.txt",
       "\xef\xbb\xbf"
       "a.png\r\n\r\n  c\t\r\n");
   const auto recording{open()};
@@ -270,36 +264,36 @@ TEST_F(HostileFrames, FramesFileAsEditorsLeaveIt) {
 }
 
 TEST_F(HostileFrames, NamesThatAreNoUtf8AreReportedAsNumbersEverywhere) {
-  put_pairs(folder_ / "left", folder_ / "right", {"fr\xe4me", "new\nline"});
-  put(folder_ / "calibration.yaml", small_yaml);
-  put(folder_ / "poses.csv", "name,stamp_ns,x_m,y_m,yaw_rad\nfr\xe4me,5,1,0,0\n");
+  put_pairs(folder / "left", folder / "right", {"fr\xe4me", "new\nline"});
+  put(folder / "calibration.yaml", small_yaml);
+  put(folder / "poses.csv", "name,stamp_ns,x_m,y_m,yaw_rad\nfr\xe4me,5,1,0,0\n");
   const auto recording{open()};
   ASSERT_EQ(recording->size(), 2U);
   EXPECT_EQ(recording->name(0), "fr\\xE4me");
   EXPECT_EQ(recording->name(1), "new\\x0Aline");
   EXPECT_NO_THROW(static_cast<void>(recording->load(0)));
-  put(folder_ / "frames.txt", "fr\xe4me\n");
-  const auto with_pose{open_recording({{folder_.path()}, {}, "file"})};
+  put(folder / "frames.txt", "fr\xe4me\n");
+  const auto with_pose{open_recording({{folder.path()}, {}, "file"})};
   EXPECT_EQ(with_pose->load(0).world_from_vehicle->x_m, 1);
 }
 
 TEST_F(HostileFrames, NamesThatAreTooLongForTheResults) {
-  put_pairs(folder_ / "left", folder_ / "right", {std::string(100, '\xff')});
-  put(folder_ / "calibration.yaml", small_yaml);
+  put_pairs(folder / "left", folder / "right", {std::string(100, '\xff')});
+  put(folder / "calibration.yaml", small_yaml);
   expect_error([&] { static_cast<void>(open()); }, {"400 bytes", "shorter name"});
 }
 
 TEST_F(HostileFrames, AnImageThatIsAFifoIsLeftOutAndOneThatIsGoneIsNot) {
-  put_plain(folder_.path());
+  put_plain(folder.path());
   const auto recording{open()};
-  fs::remove(folder_ / "left" / "b.png");
+  fs::remove(folder / "left" / "b.png");
   expect_error<DeviceError>([&] { static_cast<void>(recording->load(1)); }, {"b.png", "no such file"});
-  fs::create_symlink("/dev/zero", folder_ / "left" / "b.png");
+  fs::create_symlink("/dev/zero", folder / "left" / "b.png");
   expect_error([&] { static_cast<void>(recording->load(1)); }, {"b.png", "device"});
-  fs::create_directory(folder_ / "velodyne");
-  fs::create_symlink("a.bin", folder_ / "velodyne" / "a.bin");
-  EXPECT_EQ(open()->contents().frames[0].scan, folder_ / "velodyne" / "a.bin") << "told of when it is read";
-  fs::remove_all(folder_ / "right");
+  fs::create_directory(folder / "velodyne");
+  fs::create_symlink("a.bin", folder / "velodyne" / "a.bin");
+  EXPECT_EQ(open()->contents().frames[0].scan, folder / "velodyne" / "a.bin") << "told of when it is read";
+  fs::remove_all(folder / "right");
   expect_error<DeviceError>([&] { static_cast<void>(recording->load(2)); }, {"c.png", "no such file"});
 }
 

@@ -55,22 +55,19 @@ Image<std::uint8_t> image_of(const Wall& wall, double camera_x_m, bool is_fishey
   return image;
 }
 
-class LensChoice : public ::testing::Test {
- protected:
+struct LensChoice : FolderTest {
   void put_drive(bool is_fisheye) const {
     const Wall wall;
     for (const char* const side : {"left", "right"}) {
-      fs::create_directories(folder_ / side);
+      fs::create_directories(folder / side);
       const double x_m{side[0] == 'l' ? 0 : baseline_m};
-      write_png(folder_ / side / "1.png", image_of(wall, x_m, is_fisheye));
+      write_png(folder / side / "1.png", image_of(wall, x_m, is_fisheye));
     }
-    put(folder_ / "stereo.json", R"({"K1": [[93, 0, 127.5], [0, 93, 79.5], [0, 0, 1]], "D1": [1e-9, 0, 0, 0],
+    put(folder / "stereo.json", R"({"K1": [[93, 0, 127.5], [0, 93, 79.5], [0, 0, 1]], "D1": [1e-9, 0, 0, 0],
       "K2": [[93, 0, 127.5], [0, 93, 79.5], [0, 0, 1]], "D2": [1e-9, 0, 0, 0],
       "R": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "T": [-0.25, 0, 0]})");
   }
-  [[nodiscard]] std::unique_ptr<Recording> open() const { return open_recording({{folder_.path()}, {}, "none"}); }
-
-  TemporaryFolder folder_;
+  [[nodiscard]] std::unique_ptr<Recording> open() const { return open_recording({{folder.path()}, {}, "none"}); }
 };
 
 TEST_F(LensChoice, FollowsTheRowsOfThePair) {
@@ -87,10 +84,10 @@ TEST_F(LensChoice, FollowsTheRowsOfThePair) {
 TEST_F(LensChoice, AsksWhereImagesDoNotShowIt) {
   put_drive(true);
   for (const char* const side : {"left", "right"}) {
-    write_png(folder_ / side / "1.png", Image<std::uint8_t>{width_px, height_px, 90});
+    write_png(folder / side / "1.png", Image<std::uint8_t>{width_px, height_px, 90});
   }
   expect_error([&] { static_cast<void>(open()); }, {"stereo.json", "lens: fisheye", "from: FILE"});
-  put(folder_ / "calibration.yaml", "from: stereo.json\nlens: fisheye\n");
+  put(folder / "calibration.yaml", "from: stereo.json\nlens: fisheye\n");
   EXPECT_EQ(open()->contents().calibration.raw->left.lens, LensModel::fisheye);
 }
 

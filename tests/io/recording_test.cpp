@@ -12,18 +12,15 @@ namespace {
 
 using ::testing::Contains, ::testing::HasSubstr;
 
-class RecordingTest : public ::testing::Test {
- protected:
+struct RecordingTest : FolderTest {
   [[nodiscard]] std::unique_ptr<Recording> open(const std::string& poses = "") const {
-    return open_recording({{folder_.path()}, {}, poses});
+    return open_recording({{folder.path()}, {}, poses});
   }
-
-  TemporaryFolder folder_;
 };
 
 TEST_F(RecordingTest, KittiOdometryMayStartAnywhere) {
-  put_odometry(folder_.path());
-  put(folder_ / "velodyne" / "000047.bin", "");
+  put_odometry(folder.path());
+  put(folder / "velodyne" / "000047.bin", "");
   const auto recording{open()};
   EXPECT_EQ(recording->contents().kind, "KITTI odometry sequence");
   ASSERT_EQ(recording->size(), 3U);
@@ -47,19 +44,19 @@ TEST_F(RecordingTest, KittiOdometryMayStartAnywhere) {
 }
 
 TEST_F(RecordingTest, FramesFileSaysWhichFramesTheLinesBelongTo) {
-  put_odometry(folder_.path());
-  put_pairs(folder_ / "image_0", folder_ / "image_1", {"000001"});  // a frame that is not listed
-  put(folder_ / "frames.txt", "000046\n000047\n000048\n");
+  put_odometry(folder.path());
+  put_pairs(folder / "image_0", folder / "image_1", {"000001"});  // a frame that is not listed
+  put(folder / "frames.txt", "000046\n000047\n000048\n");
   EXPECT_EQ(open()->size(), 3U);
-  put(folder_ / "frames.txt", "000046\n000046\n");
+  put(folder / "frames.txt", "000046\n000046\n");
   expect_error([&] { static_cast<void>(open()); }, {"frames.txt", "twice"});
 }
 
 TEST_F(RecordingTest, OtherPosesCanBeNamedOrLeftOut) {
-  put_odometry(folder_.path());
-  put(folder_ / "poses_vo.txt", "1 0 0 0 0 1 0 0 0 0 1 1\n1 0 0 0 0 1 0 0 0 0 1 2\n1 0 0 0 0 1 0 0 0 0 1 3\n");
+  put_odometry(folder.path());
+  put(folder / "poses_vo.txt", "1 0 0 0 0 1 0 0 0 0 1 1\n1 0 0 0 0 1 0 0 0 0 1 2\n1 0 0 0 0 1 0 0 0 0 1 3\n");
   EXPECT_THAT(open()->contents().notes, Contains(HasSubstr("not taken: poses_vo.txt")));
-  EXPECT_DOUBLE_EQ(open((folder_ / "poses_vo.txt").string())->load(0).world_from_vehicle->x_m, 1);
+  EXPECT_DOUBLE_EQ(open((folder / "poses_vo.txt").string())->load(0).world_from_vehicle->x_m, 1);
   const auto without{open("none")};
   EXPECT_FALSE(without->has_poses());
   EXPECT_FALSE(without->load(0).world_from_vehicle);
@@ -67,32 +64,32 @@ TEST_F(RecordingTest, OtherPosesCanBeNamedOrLeftOut) {
 }
 
 TEST_F(RecordingTest, PosesOfTheUnpackedBenchmark) {
-  put_odometry(folder_ / "sequences" / "04");
-  fs::remove(folder_ / "sequences" / "04" / "poses_gt.txt");
-  put(folder_ / "poses" / "04.txt", "1 0 0 0 0 1 0 0 0 0 1 3\n1 0 0 0 0 1 0 0 0 0 1 4\n1 0 0 0 0 1 0 0 0 0 1 5\n");
-  for (const fs::path& root : {folder_ / "sequences" / "04", folder_ / "sequences" / "04" / ""}) {
+  put_odometry(folder / "sequences" / "04");
+  fs::remove(folder / "sequences" / "04" / "poses_gt.txt");
+  put(folder / "poses" / "04.txt", "1 0 0 0 0 1 0 0 0 0 1 3\n1 0 0 0 0 1 0 0 0 0 1 4\n1 0 0 0 0 1 0 0 0 0 1 5\n");
+  for (const fs::path& root : {folder / "sequences" / "04", folder / "sequences" / "04" / ""}) {
     EXPECT_DOUBLE_EQ(open_recording({{root}, {}, ""})->load(0).world_from_vehicle->x_m, 3);
   }
 }
 
 TEST_F(RecordingTest, ColourPairOfKitti) {
-  put_pairs(folder_ / "image_2", folder_ / "image_3", {"0"});
-  put(folder_ / "calib.txt", small_calib);
+  put_pairs(folder / "image_2", folder / "image_3", {"0"});
+  put(folder / "calib.txt", small_calib);
   const auto recording{open()};
   EXPECT_DOUBLE_EQ(recording->rig().baseline_m, 0.45);
   EXPECT_EQ(recording->load(0).right(0, 0), 110);
 }
 
 TEST_F(RecordingTest, StampsAreTenHertzWhereThereAreNone) {
-  put_odometry(folder_.path());
-  fs::remove(folder_ / "times.txt");
+  put_odometry(folder.path());
+  fs::remove(folder / "times.txt");
   const auto recording{open()};
   EXPECT_EQ(recording->load(2).stamp_ns, 200'000'000);
   EXPECT_THAT(recording->contents().notes, Contains(HasSubstr("10 frames a second assumed")));
 }
 
 TEST_F(RecordingTest, KittiRawDrive) {
-  const fs::path drive{folder_ / "2011_09_26" / "2011_09_26_drive_0001_sync"};
+  const fs::path drive{folder / "2011_09_26" / "2011_09_26_drive_0001_sync"};
   put_pairs(drive / "image_00" / "data", drive / "image_01" / "data", {"0000000000", "0000000002"});
   put(drive / "image_00" / "timestamps.txt",
       "2011-09-26 13:02:25.964389445\n2011-09-26 13:02:26.064389445\n2011-09-26 13:02:26.5\n");
@@ -100,7 +97,7 @@ TEST_F(RecordingTest, KittiRawDrive) {
   for (const char* const name : {"0000000000", "0000000002"}) {
     put(drive / "oxts" / "data" / (std::string{name} + ".txt"), "49 8.4 110 0 0 0.5 1 2 3\n");
   }
-  put(folder_ / "2011_09_26" / "calib_cam_to_cam.txt",
+  put(folder / "2011_09_26" / "calib_cam_to_cam.txt",
       "calib_time: 09-Jan-2012 13:57:47\nS_rect_00: 65 33\nP_rect_00: 60 0 32 0 0 60 16 0 0 0 1 0\n"
       "P_rect_01: 60 0 32 -30 0 60 16 0 0 0 1 0\n");
   const auto recording{open_recording({{drive}, {}, ""})};
@@ -124,7 +121,7 @@ TEST_F(RecordingTest, KittiRawDrive) {
 }
 
 TEST_F(RecordingTest, PlainFolder) {
-  put_plain(folder_.path());
+  put_plain(folder.path());
   const auto recording{open()};
   EXPECT_EQ(recording->contents().kind, "plain folder");
   EXPECT_EQ(recording->load(2).stamp_ns, 200'000'005);
@@ -134,8 +131,8 @@ TEST_F(RecordingTest, PlainFolder) {
 }
 
 TEST_F(RecordingTest, NamesAreInNaturalOrder) {
-  put_pairs(folder_ / "left", folder_ / "right", {"frame_10", "frame_9", "frame_100"});
-  put(folder_ / "calibration.yaml", small_yaml);
+  put_pairs(folder / "left", folder / "right", {"frame_10", "frame_9", "frame_100"});
+  put(folder / "calibration.yaml", small_yaml);
   const auto recording{open()};
   EXPECT_EQ(recording->name(0), "frame_9");
   EXPECT_EQ(recording->name(1), "frame_10");
@@ -143,10 +140,10 @@ TEST_F(RecordingTest, NamesAreInNaturalOrder) {
 }
 
 TEST_F(RecordingTest, ImagePair) {
-  put_pairs(folder_ / "l", folder_ / "r", {"x"});
-  put(folder_ / "c.yaml", small_yaml);
-  const std::vector<fs::path> paths{folder_ / "l" / "x.png", folder_ / "r" / "x.png"};
-  const auto recording{open_recording({paths, folder_ / "c.yaml", ""})};
+  put_pairs(folder / "l", folder / "r", {"x"});
+  put(folder / "c.yaml", small_yaml);
+  const std::vector<fs::path> paths{folder / "l" / "x.png", folder / "r" / "x.png"};
+  const auto recording{open_recording({paths, folder / "c.yaml", ""})};
   EXPECT_EQ(recording->contents().kind, "image pair");
   EXPECT_EQ(recording->load(0).right(3, 3), 110);
   EXPECT_EQ(recording->name(0), "x");
@@ -154,19 +151,19 @@ TEST_F(RecordingTest, ImagePair) {
 }
 
 TEST_F(RecordingTest, CalibrationCanBeNamed) {
-  put_plain(folder_.path());
-  put(folder_ / "other.txt", small_calib);
-  EXPECT_DOUBLE_EQ(open_recording({{folder_.path()}, folder_ / "other.txt", ""})->rig().baseline_m, 0.5);
+  put_plain(folder.path());
+  put(folder / "other.txt", small_calib);
+  EXPECT_DOUBLE_EQ(open_recording({{folder.path()}, folder / "other.txt", ""})->rig().baseline_m, 0.5);
 }
 
 TEST_F(RecordingTest, SixteenBitImagesShareOneScale) {
-  put(folder_ / "calibration.yaml", small_yaml);
-  fs::create_directories(folder_ / "left");
-  fs::create_directories(folder_ / "right");
+  put(folder / "calibration.yaml", small_yaml);
+  fs::create_directories(folder / "left");
+  fs::create_directories(folder / "right");
   for (const auto& [name, left, right] : {std::tuple{"0", 4000, 2000}, {"1", 500, 16000}}) {
-    write_png(folder_ / "left" / (std::string{name} + ".png"),
+    write_png(folder / "left" / (std::string{name} + ".png"),
               Image<std::uint16_t>{small_width_px, small_height_px, static_cast<std::uint16_t>(left)});
-    write_png(folder_ / "right" / (std::string{name} + ".png"),
+    write_png(folder / "right" / (std::string{name} + ".png"),
               Image<std::uint16_t>{small_width_px, small_height_px, static_cast<std::uint16_t>(right)});
   }
   const auto recording{open()};
@@ -178,13 +175,13 @@ TEST_F(RecordingTest, SixteenBitImagesShareOneScale) {
 }
 
 TEST_F(RecordingTest, ADarkFirstImageDoesNotSetTheScaleOfSixteenBits) {
-  put(folder_ / "calibration.yaml", small_yaml);
+  put(folder / "calibration.yaml", small_yaml);
   const std::vector<int> levels{1500, 60000, 8000, 60000};
   for (std::size_t i{0}; i < levels.size(); ++i) {
     const Image<std::uint16_t> image{small_width_px, small_height_px, static_cast<std::uint16_t>(levels[i])};
     for (const char* side : {"left", "right"}) {
-      fs::create_directories(folder_ / side);
-      write_png(folder_ / side / (std::to_string(i) + ".png"), image);
+      fs::create_directories(folder / side);
+      write_png(folder / side / (std::to_string(i) + ".png"), image);
     }
   }
   const auto recording{open()};
@@ -211,15 +208,15 @@ TEST(ShareScale, IsOneForBothImages) {
 }
 
 TEST_F(RecordingTest, ColourJpegAndPgm) {
-  put(folder_ / "calibration.yaml", small_yaml);
-  fs::create_directories(folder_ / "left");
-  fs::create_directories(folder_ / "right");
+  put(folder / "calibration.yaml", small_yaml);
+  fs::create_directories(folder / "left");
+  fs::create_directories(folder / "right");
   const cv::Mat colour(small_height_px, small_width_px, CV_8UC3, cv::Scalar(40, 80, 120));
-  cv::imwrite((folder_ / "left" / "0.jpg").string(), colour);
-  cv::imwrite((folder_ / "right" / "0.JPG").string(), colour);
+  cv::imwrite((folder / "left" / "0.jpg").string(), colour);
+  cv::imwrite((folder / "right" / "0.JPG").string(), colour);
   const cv::Mat grey(small_height_px, small_width_px, CV_8UC1, cv::Scalar(90));
-  cv::imwrite((folder_ / "left" / "1.pgm").string(), grey);
-  cv::imwrite((folder_ / "right" / "1.pgm").string(), grey);
+  cv::imwrite((folder / "left" / "1.pgm").string(), grey);
+  cv::imwrite((folder / "right" / "1.pgm").string(), grey);
   const auto recording{open()};
   ASSERT_EQ(recording->size(), 2U);
   EXPECT_NEAR(recording->load(0).left(5, 5), 0.114 * 40 + 0.587 * 80 + 0.299 * 120, 2);
@@ -257,9 +254,9 @@ TEST_F(RecordingTest, EveryDataSetOpens) {
 }
 
 TEST_F(RecordingTest, LoadsOnSeveralThreads) {
-  put_plain(folder_.path());
-  const std::string whole{read_file(folder_ / "left" / "b.png")};
-  put(folder_ / "left" / "b.png", whole.substr(0, whole.size() / 2));
+  put_plain(folder.path());
+  const std::string whole{read_file(folder / "left" / "b.png")};
+  put(folder / "left" / "b.png", whole.substr(0, whole.size() / 2));
   const auto recording{open()};
   for (int round{0}; round < 10; ++round) {
     FrameQueue queue{*recording, 0, recording->size(), 3, 3};

@@ -70,29 +70,26 @@ FrameResult result_of(std::int64_t index) {
 }
 
 /// Frames 5 and 7 of four are done; 6 is skipped.
-class RunFolder : public ::testing::Test {
- protected:
+struct RunFolder : FolderTest {
   void SetUp() override {
-    RunRecord record{folder_.path(), description()};
+    RunRecord record{folder.path(), description()};
     record.begin();
-    create_folder(folder_ / "grids");
+    create_folder(folder / "grids");
     std::string lines;
     for (const std::int64_t index : {5, 7}) {
       const FrameResult result{result_of(index)};
-      write_grids(folder_ / "grids" / (frame_at(index).name + ".npz"), result);
+      write_grids(folder / "grids" / (frame_at(index).name + ".npz"), result);
       lines += frame_line(frame_at(index), result, rig_at(index)) + "\n";
       record.add_frame({static_cast<std::size_t>(index), result.timing_ms, result.warnings, result.status});
     }
     record.add_skipped({6, "frame_6", "damaged"});
-    put(folder_ / "frames.jsonl", lines);
+    put(folder / "frames.jsonl", lines);
     record.save(false);
   }
-
-  const TemporaryFolder folder_;
 };
 
 TEST_F(RunFolder, IsReadAgain) {
-  const RunReader run{folder_.path()};
+  const RunReader run{folder.path()};
   EXPECT_EQ(run.grid(), grid);
   EXPECT_EQ(run.preset(), "paper");
   EXPECT_EQ(run.rig(), given_rig);
@@ -118,9 +115,9 @@ TEST_F(RunFolder, IsReadAgain) {
 TEST_F(RunFolder, SaysWhichLayersItWasWrittenWithout) {
   RunDescription some{description()};
   some.layers = {"occupancy", "velocity"};
-  RunRecord{folder_.path(), some}.save(false);
-  write_grids(folder_ / "grids" / "frame_7.npz", result_of(7), some.layers);
-  const RunReader run{folder_.path()};
+  RunRecord{folder.path(), some}.save(false);
+  write_grids(folder / "grids" / "frame_7.npz", result_of(7), some.layers);
+  const RunReader run{folder.path()};
   EXPECT_EQ(run.occupancy("frame_7")(0, 3), 0.7F);
   expect_error([&] { static_cast<void>(run.grids("frame_7")); },
                {"was written without the layer observed", "it has occupancy, velocity", "--layers"});
@@ -147,31 +144,31 @@ TEST(CheckpointsOfSparseRuns, BelongToFramesThatAreWritten) {
 }
 
 TEST_F(RunFolder, HasTheWorldsGridWhereItWas) {
-  const RunWorldGrid world{RunReader{folder_.path()}.world_grid("frame_7")};
+  const RunWorldGrid world{RunReader{folder.path()}.world_grid("frame_7")};
   EXPECT_EQ(world.geometry, (GridGeometry{-1.5, 2.25, 0.25, 2, 3}));
   EXPECT_EQ(world.occupancy(1, 2), 0.75F);
-  std::string run{read_text(folder_ / "run.json", 100'000)};
+  std::string run{read_text(folder / "run.json", 100'000)};
   run.replace(run.find("world_grid"), 10, "other_grid");
-  put(folder_ / "run.json", run);
-  expect_error([&] { static_cast<void>(RunReader{folder_.path()}.world_grid("frame_7")); },
+  put(folder / "run.json", run);
+  expect_error([&] { static_cast<void>(RunReader{folder.path()}.world_grid("frame_7")); },
                {"run.json", "how large the cells", "older version"});
   const std::vector<double> one{1};
   const std::vector<NpzArray> arrays{NpzArray{"world_origin", {1}, one}};
-  write_npz(folder_ / "grids" / "frame_7.npz", arrays);
-  expect_error([&] { static_cast<void>(RunReader{folder_.path()}.world_grid("frame_7")); },
+  write_npz(folder / "grids" / "frame_7.npz", arrays);
+  expect_error([&] { static_cast<void>(RunReader{folder.path()}.world_grid("frame_7")); },
                {"frame_7.npz", "world_origin"});
 }
 
 TEST_F(RunFolder, SaysHowTheCameraWasMounted) {
-  const RunReader run{folder_.path()};
+  const RunReader run{folder.path()};
   EXPECT_EQ(run.rig_of(run.frames()[0]), rig_at(5));
   EXPECT_EQ(run.rig_of(run.frames()[1]), rig_at(7));
-  const std::string lines{read_text(folder_ / "frames.jsonl", 100'000)};
+  const std::string lines{read_text(folder / "frames.jsonl", 100'000)};
   const auto changed = [&](const std::string& from, const std::string& to) {
     std::string text{lines};
     for (std::size_t at{0}; (at = text.find(from)) != std::string::npos;) text.replace(at, from.size(), to);
-    put(folder_ / "frames.jsonl", text);
-    return RunReader{folder_.path()};
+    put(folder / "frames.jsonl", text);
+    return RunReader{folder.path()};
   };
   // without a ground plane: that of the next frame
   const RunReader unknown{changed("few_matches", "road_unknown")};
@@ -184,15 +181,15 @@ TEST_F(RunFolder, SaysHowTheCameraWasMounted) {
 }
 
 TEST_F(RunFolder, MayHaveOutlinesOfObstacles) {
-  ASSERT_EQ(RunReader{folder_.path()}.frames()[0].obstacles.size(), 1U);
-  const std::string lines{read_text(folder_ / "frames.jsonl", largest_bytes::json)};
+  ASSERT_EQ(RunReader{folder.path()}.frames()[0].obstacles.size(), 1U);
+  const std::string lines{read_text(folder / "frames.jsonl", largest_bytes::json)};
   const auto with = [&](const std::string& fields) {
     std::string changed{lines};
     for (const std::string name : {"\"kind\"", "\"outline_m\""}) changed.replace(changed.find(name), 2, "\"_");
     const std::string before{"\"x_m\":1.25,"};
     changed.replace(changed.find(before), before.size(), before + fields);
-    put(folder_ / "frames.jsonl", changed);
-    return RunReader{folder_.path()}.frames();
+    put(folder / "frames.jsonl", changed);
+    return RunReader{folder.path()}.frames();
   };
   const auto frames{with(R"("outline_m":[[1,2],[3,4.5]],"kind":"extended",)")};
   ASSERT_EQ(frames[0].obstacles.size(), 1U);
@@ -223,8 +220,8 @@ TEST_F(RunFolder, KeepsHowObstaclesTurnAndHowSurelyTheirBoxesAreKnown) {
   result.obstacles[1].yaw_sigma_rad = 0.02;
   for (const bool compact : {false, true}) {
     const std::string line{frame_line(frame_at(0), result, {}, compact)};
-    put(folder_ / "lines.jsonl", line + "\n");
-    const auto read{read_run_frames(folder_ / "lines.jsonl").at(0).obstacles};
+    put(folder / "lines.jsonl", line + "\n");
+    const auto read{read_run_frames(folder / "lines.jsonl").at(0).obstacles};
     EXPECT_THAT(line, HasSubstr("\"width_sigma_m\":null")) << "unknown";
     EXPECT_EQ(read.at(0).yaw_rate_radps, 0);
     EXPECT_TRUE(std::isinf(read.at(0).yaw_sigma_rad));
@@ -237,8 +234,8 @@ TEST_F(RunFolder, KeepsHowObstaclesTurnAndHowSurelyTheirBoxesAreKnown) {
 
 TEST_F(RunFolder, KeepsTheSpeedLimitAndItsReason) {
   const auto read_back = [&](const FrameResult& result) {
-    put(folder_ / "lines.jsonl", frame_line(frame_at(0), result, {}, false) + "\n");
-    return read_run_frames(folder_ / "lines.jsonl").at(0);
+    put(folder / "lines.jsonl", frame_line(frame_at(0), result, {}, false) + "\n");
+    return read_run_frames(folder / "lines.jsonl").at(0);
   };
   FrameResult result;
   EXPECT_TRUE(std::isinf(read_back(result).speed_limit_mps));
@@ -250,7 +247,7 @@ TEST_F(RunFolder, KeepsTheSpeedLimitAndItsReason) {
 }
 
 TEST_F(RunFolder, GoesOnWithWhatItHolds) {
-  RunRecord record{folder_.path(), description()};
+  RunRecord record{folder.path(), description()};
   record.resume();
   ASSERT_EQ(record.finished().size(), 2U);
   EXPECT_EQ(record.finished()[1].index, 7U);
@@ -265,7 +262,7 @@ TEST_F(RunFolder, GoesOnWithWhatItHolds) {
 
 // Also where an editor has put a mark of the byte order before it.
 TEST_F(RunFolder, LosesNoMoreThanATornLine) {
-  const fs::path lines{folder_ / "frames.jsonl"};
+  const fs::path lines{folder / "frames.jsonl"};
   for (const std::string mark : {"", "\xef\xbb\xbf"}) {
     const std::string whole{mark + frame_line(frame_at(5), result_of(5), rig_at(5)) + "\n"};
     put(lines, whole + R"({"index": 6, "na)");
@@ -279,23 +276,23 @@ TEST_F(RunFolder, GoesOnWithItsOwnSettingsOnly) {
   RunDescription other{description()};
   other.config.grid.length_m += 1;
   other.threads += 1;
-  expect_error<ConfigError>([&] { RunRecord(folder_.path(), other).resume(); },
+  expect_error<ConfigError>([&] { RunRecord(folder.path(), other).resume(); },
                             {"begun with other settings", "config/grid/length_m"});
   other = description();
   other.frames.first = 4;
-  expect_error<ConfigError>([&] { RunRecord(folder_.path(), other).resume(); }, {"first frame: was 5, is 4"});
-  expect_error<ConfigError>([&] { RunRecord(folder_.path(), description()).begin(); }, {"already holds a run"});
+  expect_error<ConfigError>([&] { RunRecord(folder.path(), other).resume(); }, {"first frame: was 5, is 4"});
+  expect_error<ConfigError>([&] { RunRecord(folder.path(), description()).begin(); }, {"already holds a run"});
 }
 
 TEST_F(RunFolder, KeepsWhatPipelineAndOdometryRemember) {
-  EXPECT_FALSE(read_checkpoint(folder_.path()).has_value());
+  EXPECT_FALSE(read_checkpoint(folder.path()).has_value());
   OdometryState odometry;
   odometry.reference = Image<std::uint8_t>{4, 3, 9};
   odometry.landmarks.resize(2);
   odometry.speed = {1, 2, 3, 4, 5, 6};
   odometry.last_stamp_ns = 123;
-  write_checkpoint(folder_.path(), {7, {std::byte{1}, std::byte{2}}, odometry});
-  const auto read{read_checkpoint(folder_.path())};
+  write_checkpoint(folder.path(), {7, {std::byte{1}, std::byte{2}}, odometry});
+  const auto read{read_checkpoint(folder.path())};
   ASSERT_TRUE(read && read->odometry);
   EXPECT_EQ(read->index, 7U);
   EXPECT_THAT(read->pipeline, ElementsAre(std::byte{1}, std::byte{2}));

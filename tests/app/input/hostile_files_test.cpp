@@ -14,8 +14,7 @@ void put(const fs::path& path, const std::string& text) {
 }
 
 /// A drive of three frames and its run, made once; each test spoils a copy.
-class HostileFiles : public ::testing::Test {
- protected:
+struct HostileFiles : FolderTest {
   static void SetUpTestSuite() {
     whole_ = new TemporaryFolder;
     run_well({"simulate", small_scene("street", "&frames=3"), "--out", *whole_ / "drive"});
@@ -26,13 +25,13 @@ class HostileFiles : public ::testing::Test {
   void SetUp() override { renew(); }
   void renew() const {
     for (const char* const part : {"drive", "run"}) {
-      fs::remove_all(folder_ / part);
-      fs::copy(*whole_ / part, folder_ / part, fs::copy_options::recursive);
+      fs::remove_all(folder / part);
+      fs::copy(*whole_ / part, folder / part, fs::copy_options::recursive);
     }
   }
 
-  [[nodiscard]] std::string drive() const { return (folder_ / "drive").string(); }
-  [[nodiscard]] std::string run() const { return (folder_ / "run").string(); }
+  [[nodiscard]] std::string drive() const { return (folder / "drive").string(); }
+  [[nodiscard]] std::string run() const { return (folder / "run").string(); }
 
   /// Expects the tool to end with the exit code and to say all parts. It must not hang.
   static void expect(int exit_code, const std::vector<std::string>& words, const std::vector<std::string>& parts) {
@@ -50,17 +49,16 @@ class HostileFiles : public ::testing::Test {
   }
 
   static TemporaryFolder* whole_;
-  const TemporaryFolder folder_;
 };
 TemporaryFolder* HostileFiles::whole_{nullptr};
 
 TEST_F(HostileFiles, ADriveWhoseNamesAreNoUtf8) {
-  const fs::path strange{folder_ / "dr\xffive"};
-  fs::rename(folder_ / "drive", strange);
+  const fs::path strange{folder / "dr\xffive"};
+  fs::rename(folder / "drive", strange);
   for (const char* const side : {"left", "right"})
     fs::rename(strange / side / "000001.png", strange / side / "fr\xe4me.png");
   fs::remove(strange / "poses.csv");
-  const fs::path out{folder_ / "out"};
+  const fs::path out{folder / "out"};
   const std::vector<std::string> words{"run", strange, "--out", out};
   run_well(words);
   EXPECT_TRUE(fs::exists(out / "grids" / "fr\\xE4me.npz"));
@@ -74,7 +72,7 @@ TEST_F(HostileFiles, ADriveWhoseNamesAreNoUtf8) {
 }
 
 TEST_F(HostileFiles, RunJsonOfTheWrongShape) {
-  const fs::path file{folder_ / "run" / "run.json"};
+  const fs::path file{folder / "run" / "run.json"};
   for (const std::string& text :
        std::vector<std::string>{"", "[]", "null", "3", "\"text\"", "{}", "{\"grid\": []}", "\xff",
                                 std::string(1'000'000, '['), "{\"frames\": [1]}", "{\"skipped\": 3, \"frames\": 3}"}) {
@@ -89,7 +87,7 @@ TEST_F(HostileFiles, RunJsonOfTheWrongShape) {
 }
 
 TEST_F(HostileFiles, RunJsonWithNumbersThatCannotBe) {
-  const fs::path file{folder_ / "run" / "run.json"};
+  const fs::path file{folder / "run" / "run.json"};
   const Json whole(json_of(file));
   for (const auto& [key, values] :
        std::map<std::string, std::vector<Json>>{{"/grid/cell_size_m", {0, -1, nullptr, 1e-9, "0.2"}},
@@ -120,23 +118,23 @@ TEST_F(HostileFiles, RunJsonWithNumbersThatCannotBe) {
 }
 
 TEST_F(HostileFiles, RunJsonLost) {
-  fs::remove(folder_ / "run" / "run.json");
+  fs::remove(folder / "run" / "run.json");
   expect_evaluate({"run.json: is missing, but there are frames", "Put it back"});
-  const std::string lines{text_of(folder_ / "run" / "frames.jsonl")};
+  const std::string lines{text_of(folder / "run" / "frames.jsonl")};
   expect_resume(65, {"run.json: is missing", "frames.jsonl", "Put it back"});
-  EXPECT_EQ(text_of(folder_ / "run" / "frames.jsonl"), lines);
-  fs::remove(folder_ / "run" / "frames.jsonl");
+  EXPECT_EQ(text_of(folder / "run" / "frames.jsonl"), lines);
+  fs::remove(folder / "run" / "frames.jsonl");
   expect_resume(65, {"run.json: is missing", "grids"});
   expect(64, {"run", drive(), "--out", run()}, {"already holds a run (grids)"});
-  EXPECT_EQ(files_in(folder_ / "run" / "grids").size(), 3U);
-  EXPECT_FALSE(fs::exists(folder_ / "run" / "run.json"));
+  EXPECT_EQ(files_in(folder / "run" / "grids").size(), 3U);
+  EXPECT_FALSE(fs::exists(folder / "run" / "run.json"));
 }
 
 TEST_F(HostileFiles, FramesOfARunTwiceOrOutOfOrderOrOfTheWrongShape) {
-  const fs::path file{folder_ / "run" / "frames.jsonl"};
+  const fs::path file{folder / "run" / "frames.jsonl"};
   const std::string text{text_of(file)};
   std::vector<std::string> lines;
-  for (const Json& line : lines_of(folder_ / "run")) lines.push_back(line.dump() + "\n");
+  for (const Json& line : lines_of(folder / "run")) lines.push_back(line.dump() + "\n");
   const auto with{[&](const std::string& key, const Json& value) {
     Json line(Json::parse(lines[1]));
     line[Json::json_pointer{key}] = value;
@@ -163,14 +161,14 @@ TEST_F(HostileFiles, FramesOfARunTwiceOrOutOfOrderOrOfTheWrongShape) {
 }
 
 TEST_F(HostileFiles, ACalibrationThatIsAFifo) {
-  const fs::path file{folder_ / "drive" / "calibration.yaml"};
+  const fs::path file{folder / "drive" / "calibration.yaml"};
   fs::remove(file);
   ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);
   expect(65, {"info", drive()}, {"calibration.yaml", "FIFO"});
 }
 
 TEST_F(HostileFiles, SettingsThatEndedTheProgram) {
-  const std::string file{folder_ / "c.yaml"};
+  const std::string file{folder / "c.yaml"};
   const std::vector<std::string> words{"config", "--config", file};
   put(file, "grid: {length_m: .nan}\n");
   expect(64, words, {"c.yaml", "grid.length_m"});
@@ -183,24 +181,24 @@ TEST_F(HostileFiles, SettingsThatEndedTheProgram) {
                                                         {"grid=3", "grid.length_m, grid.width_m"},
                                                         {"=3", "has no name: it is group.name"},
                                                         {"grid.length_m=", "grid.length_m has no value"}}) {
-    expect(64, {"run", drive(), "--out", folder_ / "out", "--set", setting}, {said});
+    expect(64, {"run", drive(), "--out", folder / "out", "--set", setting}, {said});
   }
 }
 
 TEST_F(HostileFiles, LidarWithoutPosition) {
-  fs::create_directory(folder_ / "drive" / "velodyne");
-  put(folder_ / "drive" / "velodyne" / "000000.bin", std::string(1600, '\x3f'));
-  expect(65, {"run", drive(), "--out", folder_ / "out", "--fuse", "lidar"}, {"calibration.yaml", "A line Tr"});
+  fs::create_directory(folder / "drive" / "velodyne");
+  put(folder / "drive" / "velodyne" / "000000.bin", std::string(1600, '\x3f'));
+  expect(65, {"run", drive(), "--out", folder / "out", "--fuse", "lidar"}, {"calibration.yaml", "A line Tr"});
 }
 
 TEST_F(HostileFiles, LinksThatGoInACircle) {
-  fs::create_symlink("circle", folder_ / "circle");
-  const std::string circle{folder_ / "circle"};
+  fs::create_symlink("circle", folder / "circle");
+  const std::string circle{folder / "circle"};
   expect(75, {"run", drive(), "--out", circle}, {"circle", "cannot be made"});
   expect(75, {"run", drive(), "--out", circle, "--resume"}, {"circle", "cannot be made"});
   expect(65, {"evaluate", circle}, {"circle"});
   expect(65, {"info", circle}, {"circle"});
-  EXPECT_TRUE(fs::is_symlink(folder_ / "circle"));
+  EXPECT_TRUE(fs::is_symlink(folder / "circle"));
 }
 
 TEST_F(HostileFiles, ResultsAreNotWrittenOverWhatIsNoFile) {
@@ -210,25 +208,25 @@ TEST_F(HostileFiles, ResultsAreNotWrittenOverWhatIsNoFile) {
     all.push_back(path.string());
     return all;
   }};
-  fs::create_symlink("target.json", folder_ / "link.json");
-  run_well(with(folder_ / "link.json"));
-  EXPECT_TRUE(fs::is_symlink(folder_ / "link.json"));
-  EXPECT_EQ(json_of(folder_ / "target.json")["about"]["truth"], "exact");
+  fs::create_symlink("target.json", folder / "link.json");
+  run_well(with(folder / "link.json"));
+  EXPECT_TRUE(fs::is_symlink(folder / "link.json"));
+  EXPECT_EQ(json_of(folder / "target.json")["about"]["truth"], "exact");
   // as /dev/stdout, which a mistake would cost the machine
-  fs::create_symlink("/proc/self/fd/1", folder_ / "stdout");
-  const Outcome printed{run_well(with(folder_ / "stdout"))};
+  fs::create_symlink("/proc/self/fd/1", folder / "stdout");
+  const Outcome printed{run_well(with(folder / "stdout"))};
   EXPECT_THAT(printed.output, HasSubstr("log-loss")) << "the table";
   EXPECT_LT(printed.output.find("log-loss"), printed.output.find("\"about\":")) << "and behind it the JSON";
-  expect(75, with(folder_ / "run"), {"is a folder"});
+  expect(75, with(folder / "run"), {"is a folder"});
 }
 
 TEST_F(HostileFiles, AFileThatMayNotGrowIsNoReasonToBeKilled) {
   const std::string command{"(ulimit -f 8; " + quoted(STEREOGRID_TOOL) + " run " + quoted(drive()) + " --out " +
-                            quoted((folder_ / "out").string()) + " 2>" + quoted((folder_ / "err").string()) + ")"};
+                            quoted((folder / "out").string()) + " 2>" + quoted((folder / "err").string()) + ")"};
   const int status{std::system(command.c_str())};
   EXPECT_TRUE(WIFEXITED(status));
   EXPECT_EQ(WEXITSTATUS(status), 75);
-  EXPECT_THAT(text_of(folder_ / "err"), HasSubstr("cannot be written"));
+  EXPECT_THAT(text_of(folder / "err"), HasSubstr("cannot be written"));
 }
 
 }  // namespace

@@ -94,10 +94,9 @@ TEST_F(Fusion, SaysWhatIsMissing) {
   const auto error_text = [&](const std::string& input, const std::vector<std::string>& more, int exit_code) {
     std::vector<std::string> words{"run", input, "--out", folder / "run"};
     words.insert(words.end(), more.begin(), more.end());
-    const Outcome outcome{run_tool(words)};
-    EXPECT_EQ(outcome.exit_code, exit_code);
+    const std::string errors{errors_of(exit_code, words)};
     EXPECT_FALSE(fs::exists(folder / "run"));
-    return outcome.errors;
+    return errors;
   };
   const std::string scene{small_scene("empty", "&frames=2")};
   EXPECT_THAT(error_text(scene, {"--fuse", "lidar"}, 65), HasSubstr("scene has no lidar sweeps. Leave --fuse out"));

@@ -65,10 +65,9 @@ TEST_F(Mask, OfTheCalibrationStandsBesideItAndGivesWayToTheCommandLines) {
 
 TEST_F(Mask, WhatCannotBeOneIsRefused) {
   const auto error_text = [&](const std::string& input, const std::string& mask) {
-    const Outcome outcome{run_tool({"run", input, "--out", folder / "run", "--mask", mask})};
-    EXPECT_EQ(outcome.exit_code, 65);
+    const std::string errors{errors_of(65, {"run", input, "--out", folder / "run", "--mask", mask})};
     EXPECT_FALSE(fs::exists(folder / "run"));
-    return outcome.errors;
+    return errors;
   };
   const fs::path drive{folder / "drive"};
   run_well({"simulate", scene, "--out", drive});

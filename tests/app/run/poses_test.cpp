@@ -6,25 +6,22 @@ namespace {
 
 const char* const scene{"scene:street?width=256&height=160&frames=5"};
 
-class Poses : public ::testing::Test {
- protected:
+struct Poses : FolderTest {
   Poses() {
     run_well({"simulate", scene, "--out", drive_, "--no-truth"});
     run_well({"run", drive_, "--out", out("file")});
   }
 
-  [[nodiscard]] std::string out(const std::string& name) const { return (folder_ / name).string(); }
-  void remove_poses() const { fs::remove(folder_ / "drive" / "poses.csv"); }
+  [[nodiscard]] std::string out(const std::string& name) const { return (folder / name).string(); }
+  void remove_poses() const { fs::remove(folder / "drive" / "poses.csv"); }
   /// x of the last frame.
   [[nodiscard]] double x_m(const std::string& run) const {
-    return lines_of(folder_ / run).back().at("pose").at("x_m").get<double>();
+    return lines_of(folder / run).back().at("pose").at("x_m").get<double>();
   }
   [[nodiscard]] std::string source(const std::string& run) const {
-    return json_of(folder_ / run / "run.json").at("input").at("poses").get<std::string>();
+    return json_of(folder / run / "run.json").at("input").at("poses").get<std::string>();
   }
-
-  const TemporaryFolder folder_;
-  const std::string drive_{folder_ / "drive"};
+  const std::string drive_{folder / "drive"};
 };
 
 TEST_F(Poses, ABareDriveIsFollowedByOdometry) {
@@ -34,7 +31,7 @@ TEST_F(Poses, ABareDriveIsFollowedByOdometry) {
   EXPECT_EQ(source("bare"), "odometry");
   EXPECT_GT(x_m("file"), 2);
   EXPECT_NEAR(x_m("bare"), x_m("file"), 0.02 * x_m("file"));
-  for (const Json& line : lines_of(folder_ / "bare")) {
+  for (const Json& line : lines_of(folder / "bare")) {
     EXPECT_THAT(line["warnings"], IsEmpty());
     EXPECT_GT(line["timing_ms"]["odometry"], 0);
   }
@@ -56,16 +53,16 @@ TEST_F(Poses, NoneIsStandstill) {
     const std::string name{input == scene ? "scene" : "drive_none"};
     run_well({"run", input, "--out", out(name), "--poses", "none"});
     EXPECT_EQ(x_m(name), 0);
-    EXPECT_THAT(lines_of(folder_ / name).front()["warnings"].dump(), HasSubstr("assumed to be static"));
+    EXPECT_THAT(lines_of(folder / name).front()["warnings"].dump(), HasSubstr("assumed to be static"));
   }
 }
 
 TEST_F(Poses, ARangeKeepsTheWorldOfTheDrive) {
   const auto expect_same_poses = [&](const std::string& input, const std::string& whole, const char* warm_up) {
-    fs::remove_all(folder_ / "range");
+    fs::remove_all(folder / "range");
     run_well({"run", input, "--out", out("range"), "--frames", "3:", "--warm-up", warm_up});
-    const std::vector<Json> all(lines_of(folder_ / whole));
-    const std::vector<Json> range(lines_of(folder_ / "range"));
+    const std::vector<Json> all(lines_of(folder / whole));
+    const std::vector<Json> range(lines_of(folder / "range"));
     ASSERT_EQ(range.size(), 2U);
     for (std::size_t i{0}; i < range.size(); ++i) {
       for (const char* key : {"x_m", "y_m", "yaw_rad"}) {
@@ -96,11 +93,11 @@ TEST_F(Poses, AFileThatIsNotThereIsNamed) {
 TEST_F(Poses, DarkFramesAreCarriedOnWithAWarning) {
   remove_poses();
   for (const char* const side : {"left", "right"}) {
-    fs::remove(folder_ / "drive" / side / "000003.png");
-    std::ofstream{folder_ / "drive" / side / "000003.pgm"} << "P5\n256 160\n255\n" << std::string(256 * 160, '\x10');
+    fs::remove(folder / "drive" / side / "000003.png");
+    std::ofstream{folder / "drive" / side / "000003.pgm"} << "P5\n256 160\n255\n" << std::string(256 * 160, '\x10');
   }
   run_well({"run", drive_, "--out", out("dark")});
-  const std::vector<Json> lines(lines_of(folder_ / "dark"));
+  const std::vector<Json> lines(lines_of(folder / "dark"));
   EXPECT_THAT(lines[2]["warnings"].dump(), Not(HasSubstr("odometry")));
   EXPECT_THAT(lines[3]["warnings"].dump(), HasSubstr("odometry: too few points agree"));
   EXPECT_NEAR(x_m("dark"), x_m("file"), 0.1 * x_m("file"));
@@ -108,19 +105,16 @@ TEST_F(Poses, DarkFramesAreCarriedOnWithAWarning) {
 
 const char* const street{"scene:street?frames=4&width=256&height=160"};
 
-class Given : public ::testing::Test {
- protected:
+struct Given : FolderTest {
   Given() { run_well({"simulate", street, "--out", drive()}); }
-  [[nodiscard]] std::string drive() const { return (folder_ / "drive").string(); }
-  [[nodiscard]] std::string truth() const { return (folder_ / "drive" / "truth" / "disparity").string(); }
-  [[nodiscard]] std::string out(const char* name) const { return (folder_ / name).string(); }
-  [[nodiscard]] Json run_json(const char* name) const { return json_of(folder_ / name / "run.json"); }
+  [[nodiscard]] std::string drive() const { return (folder / "drive").string(); }
+  [[nodiscard]] std::string truth() const { return (folder / "drive" / "truth" / "disparity").string(); }
+  [[nodiscard]] std::string out(const char* name) const { return (folder / name).string(); }
+  [[nodiscard]] Json run_json(const char* name) const { return json_of(folder / name / "run.json"); }
   [[nodiscard]] double log_loss_of(const char* name) const {
     run_well({"evaluate", out(name), drive(), "--json", out("scores.json")});
-    return json_of(folder_ / "scores.json")["series"]["observed"]["bands"]["3-20"]["balanced_log_loss"]["value"];
+    return json_of(folder / "scores.json")["series"]["observed"]["bands"]["3-20"]["balanced_log_loss"]["value"];
   }
-
-  TemporaryFolder folder_;
 };
 
 TEST_F(Given, ExactDisparitiesBeatOurMatcher) {
@@ -134,11 +128,11 @@ TEST_F(Given, ExactDisparitiesBeatOurMatcher) {
 
 TEST_F(Given, AFolderWithoutRightImagesRunsByItself) {
   run_well({"run", drive(), "--out", out("named"), "--disparities", truth()});
-  fs::rename(truth(), folder_ / "drive" / "disparity");
-  fs::remove_all(folder_ / "drive" / "right");
+  fs::rename(truth(), folder / "drive" / "disparity");
+  fs::remove_all(folder / "drive" / "right");
   run_well({"run", drive(), "--out", out("found"), "--pictures", "--save-stages"});
-  EXPECT_EQ(lines_of(folder_ / "found", false), lines_of(folder_ / "named", false));
-  EXPECT_EQ(files_in(folder_ / "found" / "pictures").size(), 4U);
+  EXPECT_EQ(lines_of(folder / "found", false), lines_of(folder / "named", false));
+  EXPECT_EQ(files_in(folder / "found" / "pictures").size(), 4U);
   const std::string said{run_well({"info", drive()}).output};
   EXPECT_THAT(said, HasSubstr("left images with external disparities"));
   EXPECT_THAT(said, HasSubstr("4 can be used"));
@@ -158,10 +152,8 @@ TEST_F(Given, WhatCannotBe) {
   const auto refused{[&](const std::vector<std::string>& more, int exit_code, const char* said) {
     std::vector<std::string> words{"run", drive(), "--out", out("run")};
     words.insert(words.end(), more.begin(), more.end());
-    const Outcome outcome{run_tool(words)};
-    EXPECT_EQ(outcome.exit_code, exit_code) << said;
-    EXPECT_THAT(outcome.errors, HasSubstr(said));
-    EXPECT_FALSE(fs::exists(folder_ / "run"));
+    EXPECT_THAT(errors_of(exit_code, words), HasSubstr(said));
+    EXPECT_FALSE(fs::exists(folder / "run"));
   }};
   refused({"--matcher", "opencv-bm"}, 64, "--matcher");
   refused({"--disparities", out("nowhere")}, 65, "no such folder");

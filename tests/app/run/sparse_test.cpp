@@ -146,9 +146,7 @@ TEST_F(Sparse, WhatNeedsAnotherLayerSaysSo) {
   run_well(street(run, {"--frames", ":12", "--layers", "occupancy,velocity,age"}));
   const auto error_text = [&](std::vector<std::string> words) {
     words.insert(words.begin() + 1, run.string());
-    const Outcome outcome{run_tool(words)};
-    EXPECT_EQ(outcome.exit_code, 65);
-    return outcome.errors;
+    return errors_of(65, words);
   };
   const auto expected = [](const std::string& layer) {
     return HasSubstr("was written without the layer " + layer +

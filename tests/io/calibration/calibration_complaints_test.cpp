@@ -30,14 +30,13 @@ std::string without(const std::string& text, const std::string& key) {
   return text.substr(0, line) + text.substr(end);
 }
 
-class ForeignCalibration : public ::testing::Test {
- protected:
+struct ForeignCalibration : FolderTest {
   /// `named`: the file that is opened; `changed`: the one that is wrong.
   void refused(Files files, const char* named, const char* wrong, const std::string& text, Parts parts) const {
     files[wrong] = text;
-    put_files(folder_.path(), files);
-    expect_error([&] { static_cast<void>(read_calibration(folder_ / named, 321, 239)); }, parts);
-    expect_error([&] { static_cast<void>(read_calibration(folder_ / named, 321, 239)); }, {wrong});
+    put_files(folder.path(), files);
+    expect_error([&] { static_cast<void>(read_calibration(folder / named, 321, 239)); }, parts);
+    expect_error([&] { static_cast<void>(read_calibration(folder / named, 321, 239)); }, {wrong});
   }
   void ros_refused(const char* wrong, const std::string& from, const std::string& to, Parts parts) const {
     refused(ros_, "left.yaml", wrong, changed(ros_.at(wrong), from, to), parts);
@@ -48,8 +47,6 @@ class ForeignCalibration : public ::testing::Test {
   void kalibr_refused(const std::string& from, const std::string& to, Parts parts) const {
     refused(kalibr_, "camchain.yaml", "camchain.yaml", changed(kalibr_.at("camchain.yaml"), from, to), parts);
   }
-
-  TemporaryFolder folder_;
   const Rig rig_{321, 239, 256, 160, 120, 0.25};
   const CameraPair rectified_{rectified_pair(rig_)};
   const Files ros_{ros_files(rectified_)};
@@ -123,8 +120,8 @@ TEST_F(ForeignCalibration, RosPairsThatAreNone) {
 }
 
 TEST_F(ForeignCalibration, RosMessagesAreNoFiles) {
-  put(folder_ / "left.yaml", "header: {frame_id: left}\nheight: 239\nwidth: 321\nD: [0]\nK: [1]\nR: [1]\nP: [1]\n");
-  expect_error([&] { static_cast<void>(read_calibration(folder_ / "left.yaml")); },
+  put(folder / "left.yaml", "header: {frame_id: left}\nheight: 239\nwidth: 321\nD: [0]\nK: [1]\nR: [1]\nP: [1]\n");
+  expect_error([&] { static_cast<void>(read_calibration(folder / "left.yaml")); },
                {"left.yaml", "CameraInfo message", "camera_calibration has written"});
 }
 
@@ -141,11 +138,11 @@ TEST_F(ForeignCalibration, RosDistortionThatIsNone) {
 }
 
 TEST_F(ForeignCalibration, WithoutItsOtherHalf) {
-  put(folder_ / "left.yaml", ros_.at("left.yaml"));
-  put(folder_ / "calib_a.yaml", ros_.at("left.yaml"));
-  put(folder_ / "extrinsics.yml", opencv_.at("extrinsics.yml"));
+  put(folder / "left.yaml", ros_.at("left.yaml"));
+  put(folder / "calib_a.yaml", ros_.at("left.yaml"));
+  put(folder / "extrinsics.yml", opencv_.at("extrinsics.yml"));
   const auto read{
-      [&](const char* name) { return [this, name] { static_cast<void>(read_calibration(folder_ / name)); }; }};
+      [&](const char* name) { return [this, name] { static_cast<void>(read_calibration(folder / name)); }; }};
   expect_error(read("left.yaml"), {"left.yaml", "one half", "right.yaml is not there"});
   expect_error(read("extrinsics.yml"), {"extrinsics.yml", "one half", "intrinsics.yml is not there"});
   expect_error(read("calib_a.yaml"), {"name does not say which is the other", "from: [left, right]"});
@@ -161,10 +158,10 @@ TEST_F(ForeignCalibration, OpenCvPairsThatAreNone) {
                  {"'R'", "not a rotation matrix"});
   opencv_refused("intrinsics.yml", "data: [ 256.", "data: [ -256.", {"not positive"});
   const Files raw{opencv_files(raw_pair({-0.2, 0.05, 0, 0}, {-0.2, 0.05, 0, 0}))};
-  put_files(folder_.path(), raw);
-  expect_error([&] { static_cast<void>(read_calibration(folder_ / "extrinsics.yml", 160, 120)); },
+  put_files(folder.path(), raw);
+  expect_error([&] { static_cast<void>(read_calibration(folder / "extrinsics.yml", 160, 120)); },
                {"left camera's principal point (161, 118)", "outside images of 160×120", "scaled by 0.5"});
-  expect_error([&] { static_cast<void>(read_calibration(folder_ / "extrinsics.yml")); }, {"'image' size"});
+  expect_error([&] { static_cast<void>(read_calibration(folder / "extrinsics.yml")); }, {"'image' size"});
 }
 
 TEST_F(ForeignCalibration, KalibrChainsThatAreNone) {
@@ -185,8 +182,8 @@ TEST_F(ForeignCalibration, KalibrTransformsTheWrongWayRound) {
   const auto imu{[&](const char* x) { return "  T_cam_imu: " + changed(pose, "X", x) + "\n"; }};
   std::string inertial{changed(chain, "cam0:\n", "cam0:\n" + imu("0.3"))};
   inertial = changed(inertial, "cam1:\n", "cam1:\n" + imu("0.05"));
-  put(folder_ / "good.yaml", inertial);
-  EXPECT_EQ(read_calibration(folder_ / "good.yaml").rig.baseline_m, 0.25);
+  put(folder / "good.yaml", inertial);
+  EXPECT_EQ(read_calibration(folder / "good.yaml").rig.baseline_m, 0.25);
   chain_refused(changed(inertial, "-0.25", "0.25"), {"inverse of what the transforms to the IMU say", "invert it"});
   chain_refused(changed(chain, "[0, 0, 1, 0]\n  - [0.0, 0.0, 0.0, 1.0]", "[0, 0, 1, 0]\n  - [-0.25, 0, 0, 1]"),
                 {"no rigid transform"});
@@ -197,20 +194,20 @@ TEST_F(ForeignCalibration, KalibrTransformsTheWrongWayRound) {
 
 TEST_F(ForeignCalibration, OfImagesOfAnotherSize) {
   for (const Files& files : {ros_, kalibr_}) {
-    put_files(folder_.path(), files);
-    const fs::path file{folder_ / (files.size() == 2 ? "left.yaml" : "camchain.yaml")};
+    put_files(folder.path(), files);
+    const fs::path file{folder / (files.size() == 2 ? "left.yaml" : "camchain.yaml")};
     expect_error([&] { static_cast<void>(read_calibration(file, 642, 480)); }, {"321×239", "642×480"});
   }
 }
 
 TEST_F(ForeignCalibration, NamedByAnotherWithoutSense) {
-  put_files(folder_.path(), ros_);
-  put_files(folder_.path(), opencv_);
-  put(folder_ / "own.yaml", "focal_px: 1\n");
-  put(folder_ / "calib.txt", "P0: 60 0 160 0 0 60 120 0 0 0 1 0\nP1: 60 0 160 -30 0 60 120 0 0 0 1 0\n");
+  put_files(folder.path(), ros_);
+  put_files(folder.path(), opencv_);
+  put(folder / "own.yaml", "focal_px: 1\n");
+  put(folder / "calib.txt", "P0: 60 0 160 0 0 60 120 0 0 0 1 0\nP1: 60 0 160 -30 0 60 120 0 0 0 1 0\n");
   const auto named{[&](const std::string& text, Parts parts) {
-    put(folder_ / "c.yaml", text);
-    expect_error([&] { static_cast<void>(read_calibration(folder_ / "c.yaml", 321, 239)); }, parts);
+    put(folder / "c.yaml", text);
+    expect_error([&] { static_cast<void>(read_calibration(folder / "c.yaml", 321, 239)); }, parts);
   }};
   named("from: own.yaml\n", {"own.yaml", "another one names"});
   named("from: none.yaml\n", {"none.yaml", "no such file"});
@@ -221,8 +218,8 @@ TEST_F(ForeignCalibration, NamedByAnotherWithoutSense) {
   named("from: left.yaml\nbaseline_m: -1\n", {"not positive"});
   named("from: extrinsics.yml\nimages: raw\n", {"leaves no choice", "OpenCV"});
   named("from: calib.txt\nbaseline_m: 0.3\n", {"KITTI", "metres"});
-  put(folder_ / "c.yaml", "from: calib.txt\nmount: {camera_height_m: 1.2}\n");
-  EXPECT_EQ(read_calibration(folder_ / "c.yaml", 321, 239).rig.camera_height_m, 1.2);
+  put(folder / "c.yaml", "from: calib.txt\nmount: {camera_height_m: 1.2}\n");
+  EXPECT_EQ(read_calibration(folder / "c.yaml", 321, 239).rig.camera_height_m, 1.2);
 }
 
 }  // namespace

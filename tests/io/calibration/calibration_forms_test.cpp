@@ -33,14 +33,11 @@ const char* main_file_of(const Files& files) {
   return "none";
 }
 
-class CalibrationForms : public ::testing::Test {
- protected:
+struct CalibrationForms : FolderTest {
   [[nodiscard]] Calibration read(const Files& files, int width_px, int height_px) const {
-    put_files(folder_.path(), files);
-    return read_calibration(folder_ / main_file_of(files), width_px, height_px);
+    put_files(folder.path(), files);
+    return read_calibration(folder / main_file_of(files), width_px, height_px);
   }
-
-  TemporaryFolder folder_;
 };
 
 /// As written in all five forms.
@@ -69,15 +66,15 @@ TEST_F(CalibrationForms, ADriveGivesTheSameGrids) {
       scenes::parse_scene("street?frames=3&width=256&height=128&focal=256&baseline=0.25&camera_height=1.65")};
   for (std::size_t i{0}; i < scene.size(); ++i) {
     const StereoFrame frame{scene.load(i)};
-    for (const char* const side : {"left", "right"}) fs::create_directories(folder_ / side);
-    write_png(folder_ / "left" / (frame.name + ".png"), frame.left);
-    write_png(folder_ / "right" / (frame.name + ".png"), frame.right);
+    for (const char* const side : {"left", "right"}) fs::create_directories(folder / side);
+    write_png(folder / "left" / (frame.name + ".png"), frame.left);
+    write_png(folder / "right" / (frame.name + ".png"), frame.right);
   }
   std::optional<FrameResult> first;
   for (const auto& [form, files] : rectified_forms(scene.rig())) {
-    const fs::path drive{folder_ / form};
+    const fs::path drive{folder / form};
     put_files(drive, files);
-    for (const char* const side : {"left", "right"}) fs::create_directory_symlink(folder_ / side, drive / side);
+    for (const char* const side : {"left", "right"}) fs::create_directory_symlink(folder / side, drive / side);
     const auto recording{open_recording({{drive}, {}, "none"})};
     EXPECT_EQ(recording->rig(), scene.rig()) << form;
     Pipeline pipeline{preset("default"), recording->rig(), {.stages = false}};
@@ -130,19 +127,19 @@ TEST_F(CalibrationForms, ARawPairIsRectifiedInTheSameWay) {
 
 TEST_F(CalibrationForms, EitherFileOfAPairMayBeNamed) {
   const CameraPair pair{raw_pair(radtan_left, radtan_right)};
-  put_files(folder_.path(), ros_files(pair));
-  put_files(folder_.path(), opencv_files(pair));
-  EXPECT_EQ(read_calibration(folder_ / "left.yaml").rig, read_calibration(folder_ / "right.yaml").rig);
-  EXPECT_EQ(read_calibration(folder_ / "intrinsics.yml", 321, 239).rig,
-            read_calibration(folder_ / "extrinsics.yml", 321, 239).rig);
+  put_files(folder.path(), ros_files(pair));
+  put_files(folder.path(), opencv_files(pair));
+  EXPECT_EQ(read_calibration(folder / "left.yaml").rig, read_calibration(folder / "right.yaml").rig);
+  EXPECT_EQ(read_calibration(folder / "intrinsics.yml", 321, 239).rig,
+            read_calibration(folder / "extrinsics.yml", 321, 239).rig);
 }
 
 TEST_F(CalibrationForms, OneFileMayHoldAllOfOpenCvs) {
   Files files{opencv_files(raw_pair(radtan_left, radtan_right))};
   const Calibration two{read(files, 321, 239)};
   const std::string rest{files["extrinsics.yml"].substr(files["extrinsics.yml"].find("R:"))};
-  put(folder_ / "stereo.yml", files["intrinsics.yml"] + rest);
-  EXPECT_EQ(read_calibration(folder_ / "stereo.yml", 321, 239).rig, two.rig);
+  put(folder / "stereo.yml", files["intrinsics.yml"] + rest);
+  EXPECT_EQ(read_calibration(folder / "stereo.yml", 321, 239).rig, two.rig);
 }
 
 TEST_F(CalibrationForms, KalibrsLeftCameraIsFoundByTheTransform) {
@@ -196,21 +193,21 @@ TEST_F(CalibrationForms, AreFoundInAPlainFolder) {
 
 TEST_F(CalibrationForms, CalibrationYamlNamesAnother) {
   const CameraPair pair{raw_pair(radtan_left, radtan_right)};
-  put_files(folder_.path(), ros_files(pair));
-  const Calibration raw{read_calibration(folder_ / "left.yaml")};
+  put_files(folder.path(), ros_files(pair));
+  const Calibration raw{read_calibration(folder / "left.yaml")};
   ASSERT_TRUE(raw.raw);
   EXPECT_THAT(raw.notes, Contains(HasSubstr("images: rectified")));
-  put_files(folder_.path(), ros_files(rectified_pair({64, 32, 60, 32, 16, 0.25})));
-  EXPECT_THAT(read_calibration(folder_ / "left.yaml").notes, IsEmpty()) << "raw or rectified, it is the same";
-  put_files(folder_.path(), ros_files(pair));
-  put(folder_ / "c.yaml", "from: left.yaml\nimages: raw\nmount: {camera_height_m: 1.2}\nmask: m.png\n");
-  const Calibration named{read_calibration(folder_ / "c.yaml")};
+  put_files(folder.path(), ros_files(rectified_pair({64, 32, 60, 32, 16, 0.25})));
+  EXPECT_THAT(read_calibration(folder / "left.yaml").notes, IsEmpty()) << "raw or rectified, it is the same";
+  put_files(folder.path(), ros_files(pair));
+  put(folder / "c.yaml", "from: left.yaml\nimages: raw\nmount: {camera_height_m: 1.2}\nmask: m.png\n");
+  const Calibration named{read_calibration(folder / "c.yaml")};
   EXPECT_EQ(named.rig.focal_px, raw.rig.focal_px);
   EXPECT_EQ(named.rig.camera_height_m, 1.2);
   EXPECT_TRUE(named.raw && named.has_extrinsics && named.notes.empty());
-  EXPECT_EQ(named.mask, folder_ / "m.png");
-  put(folder_ / "c.yaml", "from: [left.yaml, right.yaml]\nimages: rectified\n");
-  const Calibration rectified{read_calibration(folder_ / "c.yaml")};
+  EXPECT_EQ(named.mask, folder / "m.png");
+  put(folder / "c.yaml", "from: [left.yaml, right.yaml]\nimages: rectified\n");
+  const Calibration rectified{read_calibration(folder / "c.yaml")};
   EXPECT_FALSE(rectified.raw);
   EXPECT_NE(rectified.rig.focal_px, raw.rig.focal_px);
   EXPECT_NEAR(rectified.rig.baseline_m, raw.rig.baseline_m, 1e-9);
@@ -224,8 +221,8 @@ TEST_F(CalibrationForms, AMeasuredBaselineMendsTheUnit) {
     const std::string name{main_file_of(files)};
     expect_error([&] { static_cast<void>(read(files, 321, 239)); },
                  {"300 m apart", "millimetres (0.3 m) or squares", "from: FILE", "baseline_m: 0.3"});
-    put(folder_ / "c.yaml", "from: " + name + "\nbaseline_m: " + std::to_string(true_m) + "\n");
-    EXPECT_NEAR(read_calibration(folder_ / "c.yaml", 321, 239).rig.baseline_m, true_m, 1e-6) << name;
+    put(folder / "c.yaml", "from: " + name + "\nbaseline_m: " + std::to_string(true_m) + "\n");
+    EXPECT_NEAR(read_calibration(folder / "c.yaml", 321, 239).rig.baseline_m, true_m, 1e-6) << name;
   }
 }
 

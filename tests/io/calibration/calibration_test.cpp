@@ -32,26 +32,23 @@ std::string rectified(const std::string& baseline = "0.22", const std::string& r
          baseline + "\nmount: " + mount + "\n" + rest;
 }
 
-class CalibrationFile : public ::testing::Test {
- protected:
+struct CalibrationFile : FolderTest {
   [[nodiscard]] Calibration read(const std::string& name, const std::string& text, int width_px = 0, int height_px = 0,
                                  KittiPair pair = KittiPair::grey) const {
-    put(folder_ / name, text);
-    return read_calibration(folder_ / name, width_px, height_px, pair);
+    put(folder / name, text);
+    return read_calibration(folder / name, width_px, height_px, pair);
   }
   void expect_refused(const std::string& name, const std::string& text,
                       std::initializer_list<std::string_view> parts) const {
     expect_error([&] { static_cast<void>(read(name, text, 512, 320)); }, parts);
     expect_error([&] { static_cast<void>(read(name, text, 512, 320)); }, {name});
   }
-
-  TemporaryFolder folder_;
 };
 
 TEST_F(CalibrationFile, OwnFormRoundTrips) {
   const Rig rig{1241, 377, 707.0912, 601.8873, 183.1104, 0.53715, 1.65, -0.0139626, 0.001};
-  write_calibration_yaml(folder_ / "calibration.yaml", rig);
-  const auto read{read_calibration(folder_ / "calibration.yaml", 1241, 377)};
+  write_calibration_yaml(folder / "calibration.yaml", rig);
+  const auto read{read_calibration(folder / "calibration.yaml", 1241, 377)};
   EXPECT_EQ(read.rig, rig);
   EXPECT_FALSE(read.raw);
 }
@@ -65,7 +62,7 @@ TEST_F(CalibrationFile, FormerNamesAreRead) {
 }
 
 TEST_F(CalibrationFile, TheMaskStandsBesideIt) {
-  EXPECT_EQ(read("c.yaml", rectified("0.22", "mask: masks/bonnet.png\n")).mask, folder_ / "masks/bonnet.png");
+  EXPECT_EQ(read("c.yaml", rectified("0.22", "mask: masks/bonnet.png\n")).mask, folder / "masks/bonnet.png");
   EXPECT_EQ(read("c.yaml", rectified("0.22", "mask: /a/bonnet.png\n")).mask, "/a/bonnet.png");
   EXPECT_EQ(read("c.yaml", rectified()).mask, "");
   for (const char* mask : {"mask:\n", "mask: ''\n", "mask: [1]\n", "mask: \"a\\0b\"\n"}) {
@@ -103,7 +100,7 @@ TEST_F(CalibrationFile, KittiColourPairIsItsOwnReference) {
 }
 
 TEST_F(CalibrationFile, KittiRaw) {
-  put(folder_ / "calib_velo_to_cam.txt", "calib_time: x\nR: 0 -1 0 0 0 -1 1 0 0\nT: 0.1 0.2 0.3\n");
+  put(folder / "calib_velo_to_cam.txt", "calib_time: x\nR: 0 -1 0 0 0 -1 1 0 0\nT: 0.1 0.2 0.3\n");
   const auto raw{read("calib_cam_to_cam.txt", raw_drive, 1242, 375)};
   EXPECT_EQ(raw.kind, "KITTI raw");
   EXPECT_NEAR(raw.rig.baseline_m, 387.5 / 721.5, 1e-12);
@@ -112,8 +109,8 @@ TEST_F(CalibrationFile, KittiRaw) {
 }
 
 TEST_F(CalibrationFile, KittiRawOfOtherImages) {
-  put(folder_ / "calib_cam_to_cam.txt", raw_drive);
-  expect_error([&] { static_cast<void>(read_calibration(folder_ / "calib_cam_to_cam.txt", 1392, 512)); },
+  put(folder / "calib_cam_to_cam.txt", raw_drive);
+  expect_error([&] { static_cast<void>(read_calibration(folder / "calib_cam_to_cam.txt", 1392, 512)); },
                {"1242×375", "1392×512", "synced"});
 }
 
@@ -181,7 +178,7 @@ TEST_F(CalibrationFile, NamesEveryProblemAtOnce) {
 }
 
 TEST_F(CalibrationFile, MissingFile) {
-  expect_error([&] { static_cast<void>(read_calibration(folder_ / "none.yaml")); }, {"none.yaml", "no such file"});
+  expect_error([&] { static_cast<void>(read_calibration(folder / "none.yaml")); }, {"none.yaml", "no such file"});
 }
 
 TEST(RigProblems, NotFinite) {

@@ -41,11 +41,10 @@ std::string kitti_form(double cx, double cy) {
   return "P0: " + p + "0" + q + "P1: " + p + "-37.5" + q;
 }
 
-class ImageSize : public ::testing::Test {
- protected:
+struct ImageSize : FolderTest {
   [[nodiscard]] Calibration read(const std::string& name, const std::string& text, Size images) const {
-    put(folder_ / name, text);
-    return read_calibration(folder_ / name, images.width_px, images.height_px);
+    put(folder / name, text);
+    return read_calibration(folder / name, images.width_px, images.height_px);
   }
   /// Calibration of 256×160 px without a size.
   void for_each_form(const std::function<void(const std::string& name, const std::string& text)>& action) const {
@@ -53,8 +52,6 @@ class ImageSize : public ::testing::Test {
     action("stereo.yml", opencv_form(127.5, 79.5));
     action("calib.txt", kitti_form(127.5, 79.5));
   }
-
-  TemporaryFolder folder_;
 };
 
 TEST_F(ImageSize, OfAnExactRatioIsScaled) {
@@ -91,11 +88,11 @@ TEST_F(ImageSize, OfARawPairIsScaledBeforeRectification) {
     camera->cy_px = (camera->cy_px + 0.5) / 2 - 0.5;
   }
   for (const auto& form : {&ros_files, &kalibr_files, &own_files}) {
-    put_files(folder_ / "half", form(half));
-    put_files(folder_ / "whole", form(pair));
+    put_files(folder / "half", form(half));
+    put_files(folder / "whole", form(pair));
     const std::string name{form(pair).size() == 2 ? "left.yaml" : form(pair).begin()->first};
-    const Calibration expected{read_calibration(folder_ / "half" / name, 160, 120)};
-    const Calibration scaled{read_calibration(folder_ / "whole" / name, 160, 120)};
+    const Calibration expected{read_calibration(folder / "half" / name, 160, 120)};
+    const Calibration scaled{read_calibration(folder / "whole" / name, 160, 120)};
     ASSERT_TRUE(scaled.raw) << name;
     EXPECT_NEAR(scaled.raw->right.cx_px, half.cameras.right.cx_px, 1e-9);
     EXPECT_NEAR(scaled.rig.focal_px, expected.rig.focal_px, 1e-6) << name;
@@ -175,7 +172,7 @@ TEST_F(ImageSize, ThatIsStatedCounts) {
   EXPECT_THAT(read("c.yaml", own_form(97.5, 59.5, "{width_px: 210, height_px: 130}"), {210, 130}).warnings, IsEmpty());
   for_each_form([&](const std::string& name, const std::string& text) {
     if (name == "calibration.yaml") return;
-    put(folder_ / name, text);
+    put(folder / name, text);
     const auto named = [&](const char* stated, Size images) {
       return read("c.yaml", "from: " + name + "\nimage: " + stated + "\n", images);
     };

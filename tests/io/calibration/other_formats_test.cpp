@@ -14,11 +14,10 @@
 namespace stereogrid::io::testing {
 namespace {
 
-class OtherFormats : public ::testing::Test {
- protected:
+struct OtherFormats : FolderTest {
   [[nodiscard]] Calibration read(const char* name, const std::string& text) const {
-    put(folder_ / name, text);
-    return read_calibration(folder_ / name, 256, 160);
+    put(folder / name, text);
+    return read_calibration(folder / name, 256, 160);
   }
   void refused(const char* name, const std::string& text, std::initializer_list<std::string_view> parts) const {
     expect_error([&] { static_cast<void>(read(name, text)); }, parts);
@@ -33,8 +32,6 @@ class OtherFormats : public ::testing::Test {
     EXPECT_DOUBLE_EQ(calibration.rig.cy_px, 79.5) << format;
     EXPECT_NEAR(calibration.rig.baseline_m, 0.25, 1e-12) << format;
   }
-
-  TemporaryFolder folder_;
 };
 
 /// As stereoCalibrate's results are dumped, with any names.
@@ -109,18 +106,18 @@ TEST_F(OtherFormats, RightCentreInCalibrationYaml) {
   const Calibration found{read("c.yaml", own + "cx_right_px: 130.5\n")};
   ASSERT_TRUE(found.raw);
   EXPECT_DOUBLE_EQ(found.raw->right.cx_px, 130.5);
-  put(folder_ / "p.json", R"({"fx": 150, "fy": 150, "cx": 127.5, "cy": 79.5, "baseline": 0.25})");
+  put(folder / "p.json", R"({"fx": 150, "fy": 150, "cx": 127.5, "cy": 79.5, "baseline": 0.25})");
   EXPECT_TRUE(read("d.yaml", "from: p.json\ncx_right_px: 130.5\n").raw);
 }
 
 TEST_F(OtherFormats, OneCameraIsEnoughForDepth) {
   const auto expect_single{[&](const char* name, const std::string& text) {
-    put(folder_ / name, text);
-    const Calibration found{read_depth_calibration(folder_ / name, 256, 160)};
+    put(folder / name, text);
+    const Calibration found{read_depth_calibration(folder / name, 256, 160)};
     EXPECT_DOUBLE_EQ(found.rig.focal_px, 150) << name;
     EXPECT_DOUBLE_EQ(found.rig.cx_px, 127.5) << name;
     EXPECT_DOUBLE_EQ(found.rig.baseline_m, virtual_baseline_m(150, 256)) << name;
-    expect_error([&] { static_cast<void>(read_calibration(folder_ / name, 256, 160)); }, {name});
+    expect_error([&] { static_cast<void>(read_calibration(folder / name, 256, 160)); }, {name});
   }};
   expect_single("intrinsic_color.txt", "150 0 127.5 0\n0 150 79.5 0\n0 0 1 0\n0 0 0 1\n");
   expect_single("k.txt", "150 0 127.5\n0 150 79.5\n0 0 1\n");
@@ -231,14 +228,14 @@ TEST_F(OtherFormats, ZedTakesTheSectionsOfTheImages) {
     text += camera(side, "HD", 699.2, 640, 360) + camera(side, "VGA", 349.6, 338.4, 186.9);
   }
   text += "[STEREO]\r\nBaseline=120\r\nTY=0\r\nTZ=0\r\nCV_VGA=0\r\nRX_VGA=0\r\nRZ_VGA=0\r\n";
-  put(folder_ / "SN1.conf", text);
-  const Rig vga{read_calibration(folder_ / "SN1.conf", 672, 376).rig};
+  put(folder / "SN1.conf", text);
+  const Rig vga{read_calibration(folder / "SN1.conf", 672, 376).rig};
   EXPECT_DOUBLE_EQ(vga.focal_px, 349.6);
   EXPECT_DOUBLE_EQ(vga.cx_px, 338.4);
   EXPECT_NEAR(vga.baseline_m, 0.12, 1e-12);
-  EXPECT_DOUBLE_EQ(read_calibration(folder_ / "SN1.conf", 1280, 720).rig.focal_px, 699.2);
-  EXPECT_DOUBLE_EQ(read_calibration(folder_ / "SN1.conf", 640, 360).rig.focal_px, 349.6) << "half of 1280×720";
-  expect_error([&] { static_cast<void>(read_calibration(folder_ / "SN1.conf", 500, 500)); },
+  EXPECT_DOUBLE_EQ(read_calibration(folder / "SN1.conf", 1280, 720).rig.focal_px, 699.2);
+  EXPECT_DOUBLE_EQ(read_calibration(folder / "SN1.conf", 640, 360).rig.focal_px, 349.6) << "half of 1280×720";
+  expect_error([&] { static_cast<void>(read_calibration(folder / "SN1.conf", 500, 500)); },
                {"SN1.conf", "none for images of 500×500 px"});
   refused("SN2.conf", "[STEREO]\nBaseline\n", {"SN2.conf", "line 2", "key=value"});
 }
@@ -273,10 +270,10 @@ TEST_F(OtherFormats, EurocOfEitherCameraInEitherOrder) {
         x_m);
   }};
   for (const double second_m : {0.25, -0.25}) {
-    put(folder_ / "cam0" / "sensor.yaml", camera(0));
-    put(folder_ / "cam1" / "sensor.yaml", camera(second_m));
+    put(folder / "cam0" / "sensor.yaml", camera(0));
+    put(folder / "cam1" / "sensor.yaml", camera(second_m));
     for (const char* const named : {"cam0", "cam1"}) {
-      expect_pair(read_calibration(folder_ / named / "sensor.yaml", 256, 160), "EuRoC sensor.yaml");
+      expect_pair(read_calibration(folder / named / "sensor.yaml", 256, 160), "EuRoC sensor.yaml");
     }
   }
   refused("cam0/sensor.yaml", "T_BS: 1\n", {"sensor.yaml"});
@@ -307,14 +304,14 @@ TEST_F(OtherFormats, NumpyArchive) {
   const std::vector<double> turn{1, 0, 0, 0, 1, 0, 0, 0, 1};
   const std::vector<double> shift{-0.25, 0, 0};
   const std::vector<std::int64_t> size{256, 160};
-  write_npz(folder_ / "stereo.npz", std::vector<NpzArray>{{"cameraMatrix1", {3, 3}, k},
-                                                          {"distCoeffs1", {1, 5}, none},
-                                                          {"cameraMatrix2", {3, 3}, k},
-                                                          {"distCoeffs2", {1, 5}, none},
-                                                          {"R", {3, 3}, turn},
-                                                          {"T", {3, 1}, shift},
-                                                          {"imageSize", {2}, size}});
-  expect_pair(read_calibration(folder_ / "stereo.npz", 256, 160), "OpenCV stereo calibration");
+  write_npz(folder / "stereo.npz", std::vector<NpzArray>{{"cameraMatrix1", {3, 3}, k},
+                                                         {"distCoeffs1", {1, 5}, none},
+                                                         {"cameraMatrix2", {3, 3}, k},
+                                                         {"distCoeffs2", {1, 5}, none},
+                                                         {"R", {3, 3}, turn},
+                                                         {"T", {3, 1}, shift},
+                                                         {"imageSize", {2}, size}});
+  expect_pair(read_calibration(folder / "stereo.npz", 256, 160), "OpenCV stereo calibration");
 }
 
 TEST_F(OtherFormats, MatlabIsTransposedAndCountsFromOne) {
@@ -352,7 +349,7 @@ TEST_F(OtherFormats, KalibrThroughTheImu) {
 }
 
 TEST_F(OtherFormats, VinsNamesItsCameras) {
-  put(folder_ / "cam.yaml",
+  put(folder / "cam.yaml",
       "%YAML:1.0\n---\nmodel_type: PINHOLE\nimage_width: 256\nimage_height: 160\n"
       "distortion_parameters: {k1: 0, k2: 0, p1: 0, p2: 0}\nprojection_parameters: {fx: 150, fy: 150, cx: 127.5, cy: "
       "79.5}\n");
@@ -394,7 +391,7 @@ TEST_F(OtherFormats, LensOfAFileThatNamesNone) {
   const Calibration named{read("a.json", with(R"("camera_model": "fisheye", )"))};
   EXPECT_FALSE(named.is_lens_unnamed);
   EXPECT_EQ(named.raw->left.lens, LensModel::fisheye);
-  put(folder_ / "a.json", with(""));
+  put(folder / "a.json", with(""));
   EXPECT_EQ(read("c.yaml", "from: a.json\nlens: fisheye\n").raw->left.lens, LensModel::fisheye);
   EXPECT_EQ(read("c.yaml", "from: a.json\nlens: perspective\n").raw->left.lens, LensModel::perspective);
   refused("c.yaml", "from: a.json\nlens: mirror\n", {"lens"});

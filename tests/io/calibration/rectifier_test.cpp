@@ -117,18 +117,15 @@ void expect_rectified(const RawPair& raw, const std::vector<cv::Point3d>& points
   EXPECT_GE(found, 9);
 }
 
-class RawPairOnDisk : public ::testing::Test {
- protected:
+struct RawPairOnDisk : FolderTest {
   void SetUp() override {
-    put(folder_ / "calibration.yaml", raw_yaml);
+    put(folder / "calibration.yaml", raw_yaml);
     points_ = points_ahead();
-    calibration_ = read_calibration(folder_ / "calibration.yaml");
+    calibration_ = read_calibration(folder / "calibration.yaml");
     const auto& t{calibration_.raw->right_from_left_translation_m};
     left_ = dots(points_, calibration_.raw->left, {0, 0, 0}, {0, 0, 0});
     right_ = dots(points_, calibration_.raw->right, {0.01, -0.02, 0.015}, {t[0], t[1], t[2]});
   }
-
-  TemporaryFolder folder_;
   Calibration calibration_;
   std::vector<cv::Point3d> points_;
   Image<std::uint8_t> left_;
@@ -181,11 +178,11 @@ TEST(Rectifier, RefusesLensesOfTwoKinds) {
 }
 
 TEST_F(RawPairOnDisk, RecordingRectifiesOnLoading) {
-  fs::create_directories(folder_ / "left");
-  fs::create_directories(folder_ / "right");
-  write_png(folder_ / "left" / "0.png", left_);
-  write_png(folder_ / "right" / "0.png", right_);
-  const auto recording{open_recording({{folder_.path()}, {}, ""})};
+  fs::create_directories(folder / "left");
+  fs::create_directories(folder / "right");
+  write_png(folder / "left" / "0.png", left_);
+  write_png(folder / "right" / "0.png", right_);
+  const auto recording{open_recording({{folder.path()}, {}, ""})};
   const Rectifier rectifier{*calibration_.raw, width_px, height_px};
   const StereoFrame frame{recording->load(0)};
   EXPECT_EQ(frame.left, rectifier.left(left_));
@@ -204,8 +201,8 @@ TEST_F(RawPairOnDisk, MatrixAndRodriguesFormsAgree) {
               std::to_string(r(i, 2)) + "]";
   }
   text.replace(text.find("[0.01, -0.02, 0.015]"), 20, matrix + "]");
-  put(folder_ / "b.yaml", text);
-  EXPECT_NEAR(read_calibration(folder_ / "b.yaml").rig.cx_px, calibration_.rig.cx_px, 0.02);
+  put(folder / "b.yaml", text);
+  EXPECT_NEAR(read_calibration(folder / "b.yaml").rig.cx_px, calibration_.rig.cx_px, 0.02);
 }
 
 TEST_F(RawPairOnDisk, Findings) {
@@ -214,8 +211,8 @@ TEST_F(RawPairOnDisk, Findings) {
         std::string text{raw_yaml};
         ASSERT_NE(text.find(from), std::string::npos);
         text.replace(text.find(from), from.size(), to);
-        put(folder_ / "b.yaml", text);
-        expect_error([&] { static_cast<void>(read_calibration(folder_ / "b.yaml")); }, parts);
+        put(folder / "b.yaml", text);
+        expect_error([&] { static_cast<void>(read_calibration(folder / "b.yaml")); }, parts);
       }};
   refused("[-0.2998, 0.006, -0.009]", "[0.2998, 0.006, -0.009]", {"b.yaml", "negative", "swapped"});
   refused("[-0.2998, 0.006, -0.009]", "[0, 0, 0]", {"baseline is zero"});

@@ -58,9 +58,8 @@ std::string npy_of(const std::string& descr, const std::string& shape, const std
   return bytes;
 }
 
-class DisparityFile : public ::testing::Test {
- protected:
-  [[nodiscard]] fs::path file(const char* name) const { return folder_ / name; }
+struct DisparityFile : FolderTest {
+  [[nodiscard]] fs::path file(const char* name) const { return folder / name; }
   void expect_sample(const char* name) const { EXPECT_EQ(read_disparity(file(name)), sample()) << name; }
   void expect_refused(const char* name, std::initializer_list<std::string_view> parts) const {
     expect_error([&] { static_cast<void>(read_disparity(file(name))); }, parts);
@@ -70,8 +69,6 @@ class DisparityFile : public ::testing::Test {
     const std::string whole{read_file(file(name))};
     put(file(name), whole.substr(0, static_cast<std::size_t>(static_cast<double>(whole.size()) * share)));
   }
-
-  TemporaryFolder folder_;
 };
 
 TEST_F(DisparityFile, KittiPng) {
@@ -108,7 +105,7 @@ TEST_F(DisparityFile, NumpyOfFloatsAndDoubles) {
 TEST_F(DisparityFile, WhatNumpyWrites) {
   if (!has_numpy()) GTEST_SKIP() << "/usr/bin/python3 has no numpy";
   ASSERT_TRUE(run_python("import numpy as np\nd = np.arange(12, dtype=np.float32).reshape(3, 4) / 4 + 1\nf = '" +
-                         folder_.path().string() +
+                         folder.path().string() +
                          "/'\nnp.save(f + 'a.npy', d)\nnp.save(f + 'h.npy', d.astype(np.float16))\n"
                          "np.save(f + 't.npy', np.asfortranarray(d))\nnp.save(f + 'one.npy', d[None])\n"));
   const Image<float> image{read_disparity(file("a.npy"))};

@@ -117,16 +117,13 @@ TEST(GridGeometryOfJson, IsOneThatCanBeWorkedOn) {
   }
 }
 
-class ConfigFile : public ::testing::Test {
- protected:
+struct ConfigFile : FolderTest {
   [[nodiscard]] Config load(const std::string& text) const {
-    put(folder_ / "c.yaml", text);
+    put(folder / "c.yaml", text);
     Config config{preset("default")};
-    load_config(folder_ / "c.yaml", config);
+    load_config(folder / "c.yaml", config);
     return config;
   }
-
-  TemporaryFolder folder_;
 };
 
 TEST_F(ConfigFile, NestedAndDottedKeys) {
@@ -187,7 +184,7 @@ TEST_F(ConfigFile, ErrorsNameFileAndLine) {
   refused("just text\n", {"c.yaml", "no settings"});
   refused("a: 1\nb: 2\n", {"line 1"});
   Config config;
-  expect_error([&] { load_config(folder_ / "none.yaml", config); }, {"none.yaml", "no such file"});
+  expect_error([&] { load_config(folder / "none.yaml", config); }, {"none.yaml", "no such file"});
 }
 
 }  // namespace

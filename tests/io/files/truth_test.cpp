@@ -89,23 +89,20 @@ void expect_equal(const FrameTruth& a, const FrameTruth& b) {
   EXPECT_EQ(a.step_m, b.step_m);
 }
 
-class PlainFolder : public ::testing::Test {
- protected:
+struct PlainFolder : FolderTest {
   void write(const FrameTruth& truth) {
-    PlainFolderWriter writer{folder_ / "out", rig, grid};
+    PlainFolderWriter writer{folder / "out", rig, grid};
     writer.write(frame_of(truth), &truth);
     writer.finish();
   }
-
-  TemporaryFolder folder_;
 };
 
 TEST_F(PlainFolder, ZonesRoundTrip) {
   TruthGrid course{grid};
   course.zones = {{"edge", true, {1.5, -2}, {3, 0.25}}, {"hump", false, {4, 1}, {5, 2}}};
-  PlainFolderWriter writer{folder_ / "out", rig, course};
+  PlainFolderWriter writer{folder / "out", rig, course};
   writer.finish();
-  const std::vector<TruthZone> zones{TruthReader{folder_ / "out" / "truth"}.grid().zones};
+  const std::vector<TruthZone> zones{TruthReader{folder / "out" / "truth"}.grid().zones};
   ASSERT_EQ(zones.size(), 2U);
   EXPECT_EQ(zones[0].kind, "edge");
   EXPECT_TRUE(zones[0].is_hazard);
@@ -127,7 +124,7 @@ TEST_F(PlainFolder, TerrainRoundTrips) {
   truth.elevation_m = Image<float>{6, 4, -1.5F};
   truth.step_m = Image<float>{6, 4, 0.25F};
   write(truth);
-  const FrameTruth again{TruthReader{folder_ / "out" / "truth"}.frame("000007")};
+  const FrameTruth again{TruthReader{folder / "out" / "truth"}.frame("000007")};
   expect_equal(again, truth);
   EXPECT_EQ(again.ego.z_m, 0.25);
   EXPECT_EQ(again.ego.pitch_rad, -0.125);
@@ -140,14 +137,14 @@ TEST_F(PlainFolder, TerrainRoundTrips) {
 TEST_F(PlainFolder, RoundTrips) {
   const FrameTruth truth{made_up_truth("000007", 200)};
   write(truth);
-  const TruthReader reader{folder_ / "out" / "truth"};
+  const TruthReader reader{folder / "out" / "truth"};
   EXPECT_EQ(reader.grid().geometry, grid.geometry);
   EXPECT_EQ(reader.grid().height_max_m, 1.8);
   EXPECT_EQ(reader.names(), std::vector<std::string>{"000007"});
   EXPECT_TRUE(reader.has("000007"));
   EXPECT_FALSE(reader.has("000008"));
   expect_equal(reader.frame("000007"), truth);
-  const auto recording{open_recording({{folder_ / "out"}, {}, ""})};
+  const auto recording{open_recording({{folder / "out"}, {}, ""})};
   EXPECT_EQ(recording->rig(), rig);
   EXPECT_TRUE(recording->has_truth());
   const StereoFrame frame{recording->load(0)};
@@ -159,27 +156,27 @@ TEST_F(PlainFolder, RoundTrips) {
 TEST_F(PlainFolder, ManyObjectsNeedWiderTypes) {
   const FrameTruth truth{made_up_truth("a", 300)};
   write(truth);
-  expect_equal(TruthReader{folder_ / "out" / "truth"}.frame("a"), truth);
+  expect_equal(TruthReader{folder / "out" / "truth"}.frame("a"), truth);
 }
 
 TEST_F(PlainFolder, HalfWrittenIsNotTakenForWhole) {
   const FrameTruth truth{made_up_truth("a", 3)};
-  PlainFolderWriter writer{folder_ / "out", rig, grid};
+  PlainFolderWriter writer{folder / "out", rig, grid};
   writer.write(frame_of(truth), &truth);
-  expect_error([&] { static_cast<void>(open_recording({{folder_ / "out"}, {}, ""})); }, {"no calibration"});
-  expect_error([&] { PlainFolderWriter(folder_ / "out", rig); }, {"out", "already holds a recording"});
+  expect_error([&] { static_cast<void>(open_recording({{folder / "out"}, {}, ""})); }, {"no calibration"});
+  expect_error([&] { PlainFolderWriter(folder / "out", rig); }, {"out", "already holds a recording"});
 }
 
 TEST_F(PlainFolder, WithoutTruth) {
-  PlainFolderWriter writer{folder_ / "out", rig};
+  PlainFolderWriter writer{folder / "out", rig};
   writer.write(frame_of(made_up_truth("a", 3)));
   writer.finish();
-  EXPECT_FALSE(open_recording({{folder_ / "out"}, {}, ""})->has_truth());
+  EXPECT_FALSE(open_recording({{folder / "out"}, {}, ""})->has_truth());
 }
 
 TEST_F(PlainFolder, TruthErrors) {
   write(made_up_truth("a", 3));
-  const fs::path truth{folder_ / "out" / "truth"};
+  const fs::path truth{folder / "out" / "truth"};
   const auto refused{[&](std::initializer_list<std::string_view> parts) {
     expect_error([&] { static_cast<void>(TruthReader{truth}.frame("a")); }, parts);
   }};
@@ -208,7 +205,7 @@ TEST_F(PlainFolder, SharedSetsRoundTrip) {
   if (!data) GTEST_SKIP() << "no data sets on this machine (STEREOGRID_DATA)";
   for (const char* const set : {"A-static-occlusion", "C-street", "E-kitti-like"}) {
     const fs::path from{*data / "synthetic" / set};
-    const fs::path to{folder_ / set};
+    const fs::path to{folder / set};
     const auto recording{open_recording({{from}, {}, ""})};
     const TruthReader reader{from / "truth"};
     EXPECT_EQ(reader.names().size(), recording->size());
@@ -243,18 +240,14 @@ TEST_F(PlainFolder, SharedSetsRoundTrip) {
 
 const std::string box{R"("kind": "car", "x_m": 6, "y_m": -2.5, "yaw_rad": 0.25, "length_m": 4, "width_m": 1.75)"};
 
-class ObjectLabels : public ::testing::Test {
- protected:
+struct ObjectLabels : FolderTest {
   [[nodiscard]] std::vector<LabelledFrame> read(const std::string& text) const {
-    put(folder_ / "objects.jsonl", text);
-    return read_object_labels(folder_ / "objects.jsonl");
+    put(folder / "objects.jsonl", text);
+    return read_object_labels(folder / "objects.jsonl");
   }
   void expect_refused(const std::string& text, std::string_view part) const {
     expect_error([&] { static_cast<void>(read(text)); }, {"objects.jsonl", part});
   }
-
- private:
-  const TemporaryFolder folder_;
 };
 
 TEST_F(ObjectLabels, AreRead) {
