@@ -9,8 +9,7 @@
 #include "images/patch_formulas.hpp"
 
 HWY_BEFORE_NAMESPACE();
-namespace stereogrid {
-namespace HWY_NAMESPACE {
+namespace stereogrid::HWY_NAMESPACE {
 namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
@@ -220,8 +219,7 @@ bool Find(View<const std::uint8_t> image, const Template& patch, float shear, co
 }
 
 }  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace stereogrid
+}  // namespace stereogrid::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE

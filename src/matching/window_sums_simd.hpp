@@ -12,8 +12,7 @@
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace stereogrid {
-namespace HWY_NAMESPACE {
+namespace stereogrid::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
@@ -60,8 +59,7 @@ HWY_INLINE void window_sums(D d, const Columns& columns, int width, int size, co
   }
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace stereogrid
+}  // namespace stereogrid::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif  // per-target guard

@@ -11,8 +11,7 @@
 #include "terrain/polar_places.hpp"
 
 HWY_BEFORE_NAMESPACE();
-namespace stereogrid {
-namespace HWY_NAMESPACE {
+namespace stereogrid::HWY_NAMESPACE {
 namespace {
 
 using Floats = hn::CappedTag<float, PolarPlaces::size>;
@@ -61,8 +60,7 @@ void FindPlaces(const PolarGeometry& geometry, const CellPlaces& cells, int ix, 
 }
 
 }  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace stereogrid
+}  // namespace stereogrid::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE

@@ -14,8 +14,7 @@
 #include <utility>
 
 HWY_BEFORE_NAMESPACE();
-namespace stereogrid {
-namespace HWY_NAMESPACE {
+namespace stereogrid::HWY_NAMESPACE {
 namespace {
 
 #include "filter/lattice_formulas.hpp"
@@ -228,8 +227,7 @@ void Normalise(const LatticeTile& tile, int y, const float* scale) {
 }
 
 }  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace stereogrid
+}  // namespace stereogrid::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE

@@ -12,8 +12,7 @@
 #include <cstddef>
 
 HWY_BEFORE_NAMESPACE();
-namespace stereogrid {
-namespace HWY_NAMESPACE {
+namespace stereogrid::HWY_NAMESPACE {
 namespace {
 
 using Float = hn::CappedTag<float, block_columns>;
@@ -137,8 +136,7 @@ void WeighCells(const std::vector<float>& axis_mps, float* space, WeighedCells& 
 }
 
 }  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace stereogrid
+}  // namespace stereogrid::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE

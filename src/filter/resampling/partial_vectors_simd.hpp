@@ -11,8 +11,7 @@
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace stereogrid {
-namespace HWY_NAMESPACE {
+namespace stereogrid::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
@@ -25,7 +24,6 @@ HWY_INLINE void for_shrinking_vectors(D d, int i, int count, const Work& work) {
   if constexpr (hn::MaxLanes(d) > 1) for_shrinking_vectors(hn::Half<D>{}, i, count, work);
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace stereogrid
+}  // namespace stereogrid::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 #endif

@@ -15,8 +15,7 @@
 #include <limits>
 
 HWY_BEFORE_NAMESPACE();
-namespace stereogrid {
-namespace HWY_NAMESPACE {
+namespace stereogrid::HWY_NAMESPACE {
 namespace {
 
 #include "filter/lattice_formulas.hpp"
@@ -179,8 +178,7 @@ void ResampleEvenCells(const Resampling& resampling, int begin, int end, int iy,
 }
 
 }  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace stereogrid
+}  // namespace stereogrid::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE

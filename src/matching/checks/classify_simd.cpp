@@ -20,8 +20,7 @@ HWY_NOINLINE void claim_places(int width, ClassifyWorkspace& space);
 }  // namespace stereogrid
 
 HWY_BEFORE_NAMESPACE();
-namespace stereogrid {
-namespace HWY_NAMESPACE {
+namespace stereogrid::HWY_NAMESPACE {
 namespace {
 
 #include "matching/checks/winner_formulas.hpp"
@@ -175,8 +174,7 @@ void Decide(const DecideRow& row, ClassifyWorkspace& space) {
 }
 
 }  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace stereogrid
+}  // namespace stereogrid::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE

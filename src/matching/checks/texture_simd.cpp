@@ -11,8 +11,7 @@
 #include <algorithm>
 
 HWY_BEFORE_NAMESPACE();
-namespace stereogrid {
-namespace HWY_NAMESPACE {
+namespace stereogrid::HWY_NAMESPACE {
 namespace {
 
 // columns += contrast of one row − contrast of another (null: none)
@@ -72,8 +71,7 @@ void TextureRows(const Padded<std::uint8_t>& left, int half, std::int32_t least,
 }
 
 }  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace stereogrid
+}  // namespace stereogrid::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE

@@ -8,8 +8,7 @@
 #include "matching/correlation/simd.hpp"
 
 HWY_BEFORE_NAMESPACE();
-namespace stereogrid {
-namespace HWY_NAMESPACE {
+namespace stereogrid::HWY_NAMESPACE {
 namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
@@ -143,8 +142,7 @@ void ShearRow(const std::uint8_t* right_row, int width, const RoadRow& road, std
 }
 
 }  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace stereogrid
+}  // namespace stereogrid::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE

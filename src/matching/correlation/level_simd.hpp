@@ -18,8 +18,7 @@
 #include "matching/window_sums_simd.hpp"
 
 HWY_BEFORE_NAMESPACE();
-namespace stereogrid {
-namespace HWY_NAMESPACE {
+namespace stereogrid::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
@@ -172,8 +171,7 @@ class LevelRows {
   std::uint8_t* rows_;       // [slot][shift][u]: differing bits summed over the window's columns
 };
 
-}  // namespace HWY_NAMESPACE
-}  // namespace stereogrid
+}  // namespace stereogrid::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif  // per-target guard

@@ -14,8 +14,7 @@
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace stereogrid {
-namespace HWY_NAMESPACE {
+namespace stereogrid::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
@@ -36,8 +35,7 @@ HWY_INLINE V16 rival_limit(V16 cost, int uniqueness_1024) {
   return hn::Add(cost, hn::Max(share, set(1)));
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace stereogrid
+}  // namespace stereogrid::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif  // per-target guard

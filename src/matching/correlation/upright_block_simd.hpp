@@ -21,8 +21,7 @@
 #include "matching/model.hpp"
 
 HWY_BEFORE_NAMESPACE();
-namespace stereogrid {
-namespace HWY_NAMESPACE {
+namespace stereogrid::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
@@ -203,8 +202,7 @@ class UprightBlock {
   alignas(64) std::uint16_t second_[pixels]{};                 // smallest sum elsewhere
 };
 
-}  // namespace HWY_NAMESPACE
-}  // namespace stereogrid
+}  // namespace stereogrid::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif  // per-target guard

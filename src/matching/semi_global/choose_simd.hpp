@@ -17,8 +17,7 @@
 
 #if HWY_TARGET != HWY_SCALAR
 HWY_BEFORE_NAMESPACE();
-namespace stereogrid {
-namespace HWY_NAMESPACE {
+namespace stereogrid::HWY_NAMESPACE {
 
 // Best of the n labels `highest`, `highest` − 1, … of pixel u; those without a cost of their own cost cost_max.
 template <int n, class D>
@@ -80,8 +79,7 @@ HWY_INLINE void finish(int width, Shifts shifts, int uniqueness_1024, const RowC
   }
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace stereogrid
+}  // namespace stereogrid::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 #endif  // HWY_TARGET
 

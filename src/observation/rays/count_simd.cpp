@@ -15,8 +15,7 @@
 #include <cstring>
 
 HWY_BEFORE_NAMESPACE();
-namespace stereogrid {
-namespace HWY_NAMESPACE {
+namespace stereogrid::HWY_NAMESPACE {
 namespace {
 
 using Floats = hn::CappedTag<float, ray_block_columns>;
@@ -183,8 +182,7 @@ AmbiguousPixels CountRayBlock(const Matches& matches, int begin, int end, RayWor
 }
 
 }  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace stereogrid
+}  // namespace stereogrid::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE

@@ -14,8 +14,7 @@
 #include <cstring>
 
 HWY_BEFORE_NAMESPACE();
-namespace stereogrid {
-namespace HWY_NAMESPACE {
+namespace stereogrid::HWY_NAMESPACE {
 namespace {
 
 #include "observation/rays/evidence_formulas.hpp"
@@ -252,8 +251,7 @@ void ProjectRayCells(const RaySums<Host>& sums, int most_columns, const CellsInV
 }
 
 }  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace stereogrid
+}  // namespace stereogrid::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE

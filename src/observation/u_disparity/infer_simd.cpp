@@ -10,8 +10,7 @@
 #include "observation/u_disparity/vectors_simd.hpp"
 
 HWY_BEFORE_NAMESPACE();
-namespace stereogrid {
-namespace HWY_NAMESPACE {
+namespace stereogrid::HWY_NAMESPACE {
 namespace {
 
 #include "observation/u_disparity/bin_formulas.hpp"
@@ -85,8 +84,7 @@ void WeighRows(const float* const* in, const float* weights, int count, int widt
 }
 
 }  // namespace
-}  // namespace HWY_NAMESPACE
-}  // namespace stereogrid
+}  // namespace stereogrid::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
