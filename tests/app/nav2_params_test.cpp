@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Output of nav2-params; tests/messages/planners_test.cpp applies Nav2's rules to it.

@@ -1,4 +1,3 @@
-# SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 """OBSTACLE_DISTANCE of `stereogrid run --mavlink`, as pymavlink receives it, beside the run's grids."""
 
