@@ -183,7 +183,7 @@ nlohmann::ordered_json page_data(const std::string& run) {
 }
 
 /// The viewer's page with the frames in it: one file, without a server. Modules of a file have no addresses, so they
-/// are given some.
+/// get some.
 std::string page_with(const nlohmann::ordered_json& data) {
   std::string page;
   std::string style;

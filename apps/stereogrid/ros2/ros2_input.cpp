@@ -175,9 +175,9 @@ LiveInput open_ros2_input(const InputOptions& options, Ros2Options& ros2) {
   const std::shared_ptr<rosbag::TransformBuffer> transforms{subscribe_transforms(*node)};
   const FoundImages found{wait_for_images(*node, options)};
   auto [calibration, camera_frame]{live_calibration(*node, options, found)};
-  const bool are_extrinsics_given{calibration.has_extrinsics};
+  const bool has_extrinsics{calibration.has_extrinsics};
   const bool is_place_of_tf{has_poses && !camera};
-  if (camera_frame.empty() && (is_place_of_tf || !are_extrinsics_given)) {
+  if (camera_frame.empty() && (is_place_of_tf || !has_extrinsics)) {
     camera_frame = frame_of_images(*node, found.left);
   }
   if (is_place_of_tf) {
@@ -187,7 +187,7 @@ LiveInput open_ros2_input(const InputOptions& options, Ros2Options& ros2) {
     }
     wait_for_place(*transforms, base, camera_frame, found.left);
   }
-  if (!are_extrinsics_given) {
+  if (!has_extrinsics) {
     calibration.has_extrinsics = set_extrinsics_of_tf(calibration.rig, *transforms, base, camera_frame);
   }
   if (has_poses) {
@@ -214,7 +214,7 @@ LiveInput open_ros2_input(const InputOptions& options, Ros2Options& ros2) {
   LiveInput live;
   live.kind = options.paths.front();
   live.in_world_of_poses = has_poses;
-  live.recording.extrinsics_given = are_extrinsics_given;
+  live.recording.extrinsics_given = has_extrinsics;
   live.poses = has_poses ? PoseSource::input : options.poses == "none" ? PoseSource::none : PoseSource::odometry;
   const std::filesystem::path mask{options.mask.empty() ? setup.calibration.mask : std::filesystem::path{options.mask}};
   if (!mask.empty()) live.mask = io::read_mask(mask, setup.calibration);
