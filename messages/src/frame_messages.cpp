@@ -7,7 +7,6 @@
 #include <cstdio>
 
 #include "fill/fill.hpp"
-#include "fill/voxels.hpp"
 #include "outlet.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/level_mapping.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fill/voxels.hpp"
+#include "fill/fill.hpp"
 
 #include <algorithm>
 #include <bit>
