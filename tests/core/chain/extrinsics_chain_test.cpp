@@ -62,11 +62,12 @@ TEST(ExtrinsicsChain, IsFoundInOneFrameAndKept) {
 
 /// Exact disparities of level ground 1.65 m below the camera, and of a wall 15 m ahead.
 StereoFrame frame_of_level_ground(const Rig& rig, int index) {
-  StereoFrame frame{.name = "frame",
-                    .index = index,
-                    .stamp_ns = 100'000'000LL * index,
-                    .left = {rig.width_px, rig.height_px},
-                    .disparity = {rig.width_px, rig.height_px}};
+  StereoFrame frame;
+  frame.name = "frame";
+  frame.index = index;
+  frame.stamp_ns = 100'000'000LL * index;
+  frame.left = {rig.width_px, rig.height_px};
+  frame.disparity = {rig.width_px, rig.height_px};
   for (int v{0}; v < rig.height_px; ++v) {
     const double ground_px{rig.baseline_m / 1.65 * (v - rig.cy_px)};
     const double wall_px{rig.focal_px * rig.baseline_m / 15};
