@@ -49,6 +49,11 @@ TEST_F(PoseFile, KittiLinesMayEndAnyWay) {
   EXPECT_EQ(kitti("1 0 0 0 0 1 0 0 0 0 1 1\r\n1 0 0 0 0 1 0 0 0 0 1 2", 2)[1].x_m, 2);
 }
 
+TEST_F(PoseFile, KittiMayHaveTheLastRowOfTheMatrix) {
+  EXPECT_EQ(kitti("1 0 0 0 0 1 0 0 0 0 1 2 0 0 0 1\n", 1)[0].x_m, 2);
+  expect_error([&] { static_cast<void>(kitti("1 0 0 0 0 1 0 0 0 0 1 2 0 0 1 1\n", 1)); }, {"16 numbers, not 12"});
+}
+
 TEST_F(PoseFile, KittiErrors) {
   const std::string one{still};
   expect_error([&] { static_cast<void>(kitti(one + one, 3)); }, {"poses.txt", "2 poses", "3 frames", "--poses none"});

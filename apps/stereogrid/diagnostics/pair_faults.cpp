@@ -83,10 +83,17 @@ std::string fault_of_time(const FrameSource& source, std::size_t index, const St
   return {};
 }
 
-std::string fault_of_rows(const StereoFrame& frame, double as_it_is) {
+/// Share of the pair that matches under an explanation, and the explanation; no text: it matches hardly more.
+struct Explanation {
+  double share{0};
+  std::string text{};
+};
+
+Explanation shifted_rows(const StereoFrame& frame, double as_it_is) {
   double best{0};
   int best_rows{0};
-  for (const int rows : {-48, -32, -24, -16, -12, -8, -4, 4, 8, 12, 16, 24, 32, 48}) {
+  for (const int rows :
+       {-48, -32, -24, -16, -12, -10, -8, -7, -6, -5, -4, -3, -2, 2, 3, 4, 5, 6, 7, 8, 10, 12, 16, 24, 32, 48}) {
     const double share{io::coarse_match_share(frame.left, moved(frame.right, rows))};
     if (share > best) {
       best = share;
@@ -94,10 +101,40 @@ std::string fault_of_rows(const StereoFrame& frame, double as_it_is) {
     }
   }
   if (!is_clearly_better(best, as_it_is)) return {};
-  return fmt::format(
-      "vertical misalignment: the right image lies about {} rows too {}. The pair is not rectified, or not with its "
-      "own calibration.",
-      std::abs(best_rows), best_rows < 0 ? "low" : "high");
+  return {best,
+          fmt::format("vertical misalignment: the right image lies about {} rows too {}. The pair is not rectified, "
+                      "or not with its own calibration.",
+                      std::abs(best_rows), best_rows < 0 ? "low" : "high")};
+}
+
+/// Image turned by 90° clockwise.
+Grey turned_by_quarter(const Grey& image) {
+  Grey result{image.height(), image.width()};
+  for (int v{0}; v < image.height(); ++v) {
+    for (int u{0}; u < image.width(); ++u) result(image.height() - 1 - v, u) = image(u, v);
+  }
+  return result;
+}
+
+/// Both images turned by 90°, as of a camera on its side.
+Explanation turned_images(const StereoFrame& frame, double as_it_is) {
+  const Grey left{turned_by_quarter(frame.left)};
+  const Grey right{turned_by_quarter(frame.right)};
+  const double clockwise{io::coarse_match_share(left, right)};  // turned the other way, left and right are exchanged
+  const double counterclockwise{io::coarse_match_share(right, left)};
+  const double best{std::max(clockwise, counterclockwise)};
+  if (!is_clearly_better(best, as_it_is)) return {};
+  return {best,
+          fmt::format("the images are turned by 90°: they match when both are turned {}. Turn them before, and give "
+                      "the calibration of the turned images.",
+                      clockwise > counterclockwise ? "clockwise" : "counterclockwise")};
+}
+
+/// The better one of both: shifted rows are shifted columns of turned images.
+std::string fault_of_rows(const StereoFrame& frame, double as_it_is) {
+  const Explanation shifted{shifted_rows(frame, as_it_is)};
+  const Explanation turned{turned_images(frame, as_it_is)};
+  return turned.share > shifted.share ? turned.text : shifted.text;
 }
 
 /// Tests whether the images of a raw pair match without rectification.

@@ -43,7 +43,7 @@ Image<float> floats_of(const cv::Mat& mat, double units) {
 /// Meaning of a file's numbers.
 struct Coding {
   double units;  ///< whole numbers in a pixel, or a metre
-  bool has_whole_tiff;
+  bool is_depth;
   const char* kinds;
 };
 
@@ -55,7 +55,7 @@ Image<float> read_png(const std::string& file, const std::string& bytes, const C
 
 Image<float> read_tiff(const std::string& file, const std::string& bytes, const Coding& coding) {
   const cv::Mat image{decode_image(file, bytes)};
-  if (coding.has_whole_tiff && image.type() == CV_16UC1) return floats_of(image, coding.units);
+  if (coding.is_depth && image.type() == CV_16UC1) return floats_of(image, coding.units);
   if (image.type() != CV_32FC1 && image.type() != CV_64FC1) {
     throw InputError{file, "is not a TIFF of one channel of floats.", coding.kinds};
   }
@@ -96,11 +96,18 @@ Image<float> read_pfm(const std::string& file, const std::string& bytes) {
   return image;
 }
 
+/// Without dimensions of length 1, which networks add: (1, height, width), (height, width, 1).
+NpyArray squeezed(NpyArray array) {
+  if (array.shape.size() > 2) std::erase(array.shape, 1U);
+  return array;
+}
+
 /// The array of an .npy, or the only one of two dimensions in an .npz.
 NpyArray array_of(const std::filesystem::path& path, bool is_archive) {
-  if (!is_archive) return read_npy(path);
+  if (!is_archive) return squeezed(read_npy(path));
   std::vector<NpyArray> found;
-  for (auto& [name, array] : read_npz(path)) {
+  for (auto& [name, whole] : read_npz(path)) {
+    NpyArray array{squeezed(std::move(whole))};
     if (array.shape.size() == 2 && array.size() > 1) found.push_back(std::move(array));
   }
   if (found.size() != 1) {
@@ -110,23 +117,30 @@ NpyArray array_of(const std::filesystem::path& path, bool is_archive) {
   return std::move(found.front());
 }
 
-Image<float> read_numpy(const std::filesystem::path& path, bool is_archive) {
+Image<float> read_numpy(const std::filesystem::path& path, bool is_archive, const Coding& coding) {
   const NpyArray array{array_of(path, is_archive)};
-  if ((array.dtype != DType::float32 && array.dtype != DType::float64) || array.shape.size() != 2) {
+  const bool is_real{array.dtype == DType::float16 || array.dtype == DType::float32 || array.dtype == DType::float64};
+  if (array.shape.size() != 2 || array.dtype == DType::boolean || (!is_real && !coding.is_depth)) {
     throw InputError{
         printable_path(path),
         fmt::format("is an array of type {} with {} dimensions.", spelling(array.dtype), array.shape.size()),
-        "Disparities are float32 or float64 in shape (height, width)."};
+        coding.is_depth ? "Depth is an array of floats (m) or integers in shape (height, width)."
+                        : "Disparities are floats in px in shape (height, width). OpenCV's integers are 16 times the "
+                          "disparity: divide them by 16."};
   }
-  return array.to_image<float>();
+  Image<float> image{array.to_image<float>()};
+  if (!is_real) {
+    for (float& value : image) value /= static_cast<float>(coding.units);
+  }
+  return image;
 }
 
 Image<float> read_any(const std::filesystem::path& path, const Coding& coding) {
   const std::string file{printable_path(path)};
   const std::string bytes{read_file(path, largest_bytes::image)};
   const std::string_view view{bytes};
-  if (view.starts_with("\x93NUMPY")) return read_numpy(path, false);
-  if (view.starts_with("PK\x03\x04")) return read_numpy(path, true);
+  if (view.starts_with("\x93NUMPY")) return read_numpy(path, false, coding);
+  if (view.starts_with("PK\x03\x04")) return read_numpy(path, true, coding);
   if (view.starts_with("Pf") || view.starts_with("PF")) return read_pfm(file, bytes);
   if (view.starts_with("II") || view.starts_with("MM")) return read_tiff(file, bytes, coding);
   if (view.starts_with("\x89PN")) return read_png(file, bytes, coding);

@@ -82,6 +82,25 @@ TEST_F(UselessInput, InfoSaysWhatIsWrong) {
   }
 }
 
+TEST(UselessInput, InfoNoticesImagesTurnedByAQuarter) {
+  const TemporaryFolder folder;
+  const fs::path input{drive(folder, 1)};
+  std::ofstream{input / "calibration.yaml"} << "focal_px: 256.25\ncx_px: 100\ncy_px: 160\nbaseline_m: 0.22\n";
+  const auto turn = [](Grey& left, Grey& right) {
+    for (Grey* const image : {&left, &right}) {
+      Grey result{image->height(), image->width()};
+      for (int v{0}; v < image->height(); ++v) {
+        for (int u{0}; u < image->width(); ++u) result(v, image->width() - 1 - u) = (*image)(u, v);
+      }
+      *image = result;
+    }
+  };
+  replace_pairs(input, turn);
+  expect_refused(input, "turned by 90°: they match when both are turned clockwise");
+  for (int i{0}; i < 2; ++i) replace_pairs(input, turn);
+  expect_refused(input, "turned by 90°: they match when both are turned counterclockwise");
+}
+
 /// One of ROS's files; the right camera is turned by 3°, so that rectification moves rows.
 std::string ros_file(bool is_left) {
   const std::string camera{"256.25, 0, 160"};

@@ -111,9 +111,12 @@ TEST_F(DisparityFile, WhatNumpyWrites) {
   const Image<float> image{read_disparity(file("a.npy"))};
   EXPECT_EQ(image.width(), 4);
   EXPECT_EQ(image(1, 2), 3.25F);
-  expect_refused("h.npy", {"<f2"});
-  EXPECT_EQ(read_disparity(file("t.npy")), image);
-  expect_refused("one.npy", {"3 dimensions", "(height, width)"});
+  for (const char* const name : {"h.npy", "t.npy", "one.npy"}) EXPECT_EQ(read_disparity(file(name)), image) << name;
+  ASSERT_TRUE(run_python("import numpy as np\nd = np.arange(24).reshape(2, 3, 4) * 250\nf = '" +
+                         folder_.path().string() +
+                         "/'\nnp.save(f + 'three.npy', d)\nnp.save(f + 'mm.npy', d[0].astype(np.uint16))\n"));
+  expect_refused("three.npy", {"3 dimensions", "(height, width)"});
+  EXPECT_EQ(read_depth(file("mm.npy"), 1000)(1, 2), 2.25F);
 }
 
 TEST_F(DisparityFile, WhatIsNoDisparityIsNone) {
@@ -145,7 +148,7 @@ TEST_F(DisparityFile, OtherTypesAreRefused) {
   cv::imwrite(file("whole.tiff").string(), cv::Mat(8, 9, CV_16UC1, cv::Scalar(3)));
   expect_refused("whole.tiff", {"floats"});
   put(file("whole.npy"), npy_of("<i4", "1, 2", std::vector<std::int32_t>{5, 6}));
-  expect_refused("whole.npy", {"<i4", "float32"});
+  expect_refused("whole.npy", {"<i4", "divide them by 16"});
   put(file("text.pfm"), "hello");
   expect_refused("text.pfm", {"kind that can be read", "PFM"});
   put(file("nothing.npy"), "");

@@ -97,6 +97,9 @@ std::vector<Pose2> read_kitti_poses(const fs::path& path, std::size_t expected) 
     ++line_number;
     if (is_blank(line)) continue;
     if (!parse_numbers(line, numbers)) fail(path, line_number, "holds something that is not a number.");
+    const bool is_square{numbers.size() == 16 && numbers[12] == 0 && numbers[13] == 0 && numbers[14] == 0 &&
+                         numbers[15] == 1};
+    if (is_square) numbers.resize(12);
     if (numbers.size() != 12) fail(path, line_number, fmt::format("has {} numbers, not 12.", numbers.size()));
     check_finite(path, line_number, numbers);
     const std::vector<double>& m{numbers};
