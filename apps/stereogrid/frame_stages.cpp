@@ -8,6 +8,7 @@
 #include <iterator>
 #include <utility>
 
+#include "label_grid.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/evaluation/ray_fan.hpp"
 #include "stereogrid/io/text.hpp"
@@ -105,6 +106,11 @@ FusionStage::FusionStage(FusedSource source, const Input& input, const GridGeome
                                                : "Put KITTI's folder velodyne/ (raw drives: velodyne_points/) beside "
                                                  "the images, or leave --fuse out.");
   }
+  if (source == FusedSource::labels && (recording_ == nullptr || recording_->contents().labels.empty())) {
+    throw InputError{recording_ == nullptr ? "A built-in scene" : io::printable_path(recording_->contents().root),
+                     "has no labels.",
+                     "Put label images in labels/ and 'labels' in calibration.yaml, or leave --fuse out."};
+  }
   if (source != FusedSource::grids) return;
   if (recording_ == nullptr) throw InputError{"Only bags of ROS 2 have grids of other sources. Leave --fuse out."};
   const io::RecordingContents& contents{recording_->contents()};
@@ -115,7 +121,12 @@ FusionStage::FusionStage(FusedSource source, const Input& input, const GridGeome
                    "Record them with the images, or leave --fuse out."};
 }
 
-std::optional<ObservedGrid> FusionStage::grid_of(std::size_t index, const Rig& rig) const {
+std::optional<ObservedGrid> FusionStage::grid_of(const StereoFrame& frame, const Rig& rig) const {
+  const auto index{static_cast<std::size_t>(frame.index)};
+  if (source_ == FusedSource::labels) {
+    if (frame.labels.empty()) return std::nullopt;
+    return label_grid(frame.labels, rig, grid_);
+  }
   if (source_ == FusedSource::grids) {
     const std::optional<io::PlacedGrid> grid{recording_->load_grid(index)};
     if (!grid) return std::nullopt;
@@ -130,9 +141,9 @@ std::optional<ObservedGrid> FusionStage::grid_of(std::size_t index, const Rig& r
 std::optional<std::string> FusionStage::add_grid(StereoFrame& frame, const Rig& rig) const {
   if (source_ == FusedSource::none) return std::nullopt;
   try {
-    std::optional<ObservedGrid> grid{grid_of(static_cast<std::size_t>(frame.index), rig)};
-    if (!grid)
-      return stereo_alone + std::string{source_ == FusedSource::lidar ? "no lidar sweep" : "no grid within 0.1 s"};
+    std::optional<ObservedGrid> grid{grid_of(frame, rig)};
+    constexpr std::array missing{"", "no lidar sweep", "no grid within 0.1 s", "no labels"};
+    if (!grid) return std::string{stereo_alone} + missing[static_cast<std::size_t>(source_)];
     frame.other_grids.push_back(std::move(*grid));
     return std::nullopt;
   } catch (const InputError& error) {

@@ -71,9 +71,9 @@ class Sweeps {
 extern const char* const stereo_alone;
 
 /// Sources of grids that --fuse fuses with the stereo pair's.
-enum class FusedSource { none, lidar, grids };
-constexpr std::array<std::string_view, 3> names_of(FusedSource) {
-  return {"none", "lidar", "grids"};
+enum class FusedSource { none, lidar, grids, labels };
+constexpr std::array<std::string_view, 4> names_of(FusedSource) {
+  return {"none", "lidar", "grids", "labels"};
 }
 /// Throws ConfigError: no such source.
 [[nodiscard]] FusedSource fused_source(const std::string& name);
@@ -85,11 +85,12 @@ class FusionStage {
   FusionStage(FusedSource source, const Input& input, const GridGeometry& grid);
 
   /// Adds the grid that an inverse sensor model makes of the frame's sweep, the camera being mounted as `rig` says; or
-  /// the grid that was recorded. Returns a warning where there is none: `stereo_alone` and the reason.
+  /// the grid that was recorded, or label_grid() of the frame. Returns a warning where there is none: `stereo_alone`
+  /// and the reason.
   [[nodiscard]] std::optional<std::string> add_grid(StereoFrame& frame, const Rig& rig) const;
 
  private:
-  [[nodiscard]] std::optional<ObservedGrid> grid_of(std::size_t index, const Rig& rig) const;
+  [[nodiscard]] std::optional<ObservedGrid> grid_of(const StereoFrame& frame, const Rig& rig) const;
 
   FusedSource source_;
   const io::Recording* recording_;

@@ -78,6 +78,7 @@ Input open_input(const InputOptions& options) {
   if (!options.depth.empty()) arguments.depth = options.depth;
   if (options.depth_scale > 0) arguments.depth_units_per_m = options.depth_scale;
   if (!options.mask.empty()) arguments.mask = options.mask;
+  if (!options.labels.empty()) arguments.labels = options.labels;
   if (!options.layout.empty()) {
     arguments.layout = options.layout == "side-by-side" ? io::ImageLayout::side_by_side : io::ImageLayout::top_bottom;
   }

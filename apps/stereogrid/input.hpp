@@ -38,6 +38,7 @@ struct InputOptions {
   std::string right_topic{};
   double pair_tolerance_ms{10};
   std::string grid_topic{};
+  std::string labels{};
   bool with_right{false};  ///< beside `disparities`
 };
 

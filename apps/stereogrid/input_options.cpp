@@ -49,6 +49,10 @@ void add_input_options(Command command, InputOptions& options) {
                   "Units of 16-bit depth images in a metre: 1000 (millimetres), 5000 (TUM), 256 (KITTI). Default: 5000 "
                   "beside TUM's rgb.txt and depth.txt, else 1000.")
       .check(number(0.001, 1e6));
+  command.add_option("--labels DIR", options.labels,
+                     "Label images of a semantic segmentation, named as the left images; the calibration's 'labels' "
+                     "says which values are to be ignored, passable, obstacles or movers. Default: labels/ beside the "
+                     "images.");
   command
       .add_option("--layout", options.layout,
                   "Position of the left and right image in images or a video of both. Default: from the calibration "

@@ -2,12 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "stereogrid/camera.hpp"
@@ -61,6 +63,12 @@ struct ObservedGrid {
   Image<float> confidence{};  ///< confidence of each cell, in [0, 1]; 0: unknown; empty: 1
 };
 
+/// Meaning of a pixel, by a semantic segmentation of the left image. `none`: no statement.
+enum class PixelLabel : std::uint8_t { none, ignore, passable, obstacle, mover };
+constexpr std::array<std::string_view, 5> names_of(PixelLabel) {
+  return {"none", "ignore", "passable", "obstacle", "mover"};
+}
+
 /// Images of a frame in foreign memory, used without a copy: {.left = {pixels, width, height, pitch}, .right = …}. Rows
 /// may not overlap; the pitch of images stored upside down is negative.
 struct FrameImages {
@@ -79,6 +87,7 @@ struct StereoFrame {
   Image<float> disparity;                   ///< px of the left image, 0 = none; empty if there is a right image
   std::optional<Pose2> world_from_vehicle;  ///< none: unknown
   std::vector<ObservedGrid> other_grids{};  ///< grids of other sources; fused with the stereo pair's grid
+  Image<std::uint8_t> labels{};             ///< PixelLabel of each pixel of `left`; pixels to ignore have no disparity
 
   /// Its own images.
   // NOLINTNEXTLINE(google-explicit-constructor): a frame has such images

@@ -182,9 +182,21 @@ Pyramid pyramid_of(const Image<std::uint8_t>& image) {
   return pyramid;
 }
 
+namespace {
+
+/// The mask without pixels that are labelled to be ignored or as movers. Empty: all pixels are used.
+cv::Mat used_pixels(const Image<std::uint8_t>& mask, const Image<std::uint8_t>& labels) {
+  if (labels.empty()) return mask.empty() ? cv::Mat{} : mat_of(mask);
+  const cv::Mat label{mat_of(labels)};
+  cv::Mat used{(label != static_cast<int>(PixelLabel::ignore)) & (label != static_cast<int>(PixelLabel::mover))};
+  return mask.empty() ? used : cv::Mat{used & (mat_of(mask) != 0)};
+}
+
+}  // namespace
+
 Landmarks find_landmarks(const StereoFrame& frame, const Pyramid& left, const Rig& rig,
                          const Image<std::uint8_t>& mask) {
-  const std::vector<cv::Point2f> corners{find_corners(mat_of(frame.left), mask.empty() ? cv::Mat{} : mat_of(mask))};
+  const std::vector<cv::Point2f> corners{find_corners(mat_of(frame.left), used_pixels(mask, frame.labels))};
   const std::vector<float> disparities{disparities_of(frame, left, corners)};
   Landmarks landmarks;
   for (std::size_t i{0}; i < corners.size(); ++i) {

@@ -168,6 +168,9 @@ void bind_frame(nb::module_& module) {
   frame.def_prop_ro(
       "disparity", [](handle self) { return view_unless_empty(nb::cast<const Frame&>(self).data.disparity, self); },
       "(height, width) px, 0 = none; None: the frame has a right image.");
+  frame.def_prop_ro(
+      "labels", [](handle self) { return view_unless_empty(nb::cast<const Frame&>(self).data.labels, self); },
+      "(height, width) uint8: 0 none, 1 ignore, 2 passable, 3 obstacle, 4 mover; None: there are none.");
   frame.def_prop_ro("name", [](const Frame& self) { return self.data.name; });
   frame.def_prop_ro(
       "index", [](const Frame& self) { return self.data.index; }, "Place in the recording, from 0.");

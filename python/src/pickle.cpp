@@ -102,8 +102,8 @@ class Archive {
 
 void archive(Archive& values, Frame& frame) {
   StereoFrame& f{frame.data};
-  values(f.name, f.index, f.stamp_ns, f.left, f.right, f.disparity, f.world_from_vehicle, f.other_grids, frame.warning,
-         frame.odometry_ms);
+  values(f.name, f.index, f.stamp_ns, f.left, f.right, f.disparity, f.world_from_vehicle, f.other_grids, f.labels,
+         frame.warning, frame.odometry_ms);
 }
 
 void archive(Archive& values, Result& result) {

@@ -50,10 +50,10 @@ std::string text_of(const std::optional<Path>& path) {
 std::shared_ptr<Recording> open(const Paths& paths, const std::optional<Path>& calibration,
                                 const std::optional<Path>& poses, const std::optional<Path>& disparities,
                                 bool with_right, const std::optional<Path>& depth, std::optional<double> depth_scale,
-                                const std::optional<Path>& mask, const std::string& layout,
-                                const std::string& left_topic, const std::string& right_topic,
-                                std::optional<double> pair_tolerance_ms, const std::string& grid_topic,
-                                const std::string& frames) {
+                                const std::optional<Path>& mask, const std::optional<Path>& labels,
+                                const std::string& layout, const std::string& left_topic,
+                                const std::string& right_topic, std::optional<double> pair_tolerance_ms,
+                                const std::string& grid_topic, const std::string& frames) {
   app::InputOptions options;
   options.paths = texts_of(paths);
   options.calibration = text_of(calibration);
@@ -63,6 +63,7 @@ std::shared_ptr<Recording> open(const Paths& paths, const std::optional<Path>& c
   options.depth = text_of(depth);
   options.depth_scale = depth_scale.value_or(options.depth_scale);
   options.mask = text_of(mask);
+  options.labels = text_of(labels);
   options.layout = layout;
   options.left_topic = left_topic;
   options.right_topic = right_topic;
@@ -200,9 +201,9 @@ void bind_recording(nb::module_& module) {
   module.def("open", &open, nb::arg("path"), nb::kw_only(), nb::arg("calibration") = nb::none(),
              nb::arg("poses") = nb::none(), nb::arg("disparities") = nb::none(), nb::arg("with_right") = false,
              nb::arg("depth") = nb::none(), nb::arg("depth_scale") = nb::none(), nb::arg("mask") = nb::none(),
-             nb::arg("layout") = "", nb::arg("left_topic") = "", nb::arg("right_topic") = "",
-             nb::arg("pair_tolerance_ms") = nb::none(), nb::arg("grid_topic") = "", nb::arg("frames") = "",
-             nb::call_guard<ReleasedGil>(),
+             nb::arg("labels") = nb::none(), nb::arg("layout") = "", nb::arg("left_topic") = "",
+             nb::arg("right_topic") = "", nb::arg("pair_tolerance_ms") = nb::none(), nb::arg("grid_topic") = "",
+             nb::arg("frames") = "", nb::call_guard<ReleasedGil>(),
              "Opens what stereogrid run takes as INPUT: a folder, a bag of ROS 2, a list of left and right image or "
              "video, or \"scene:...\". The arguments are the options of stereogrid run; frames: \"FIRST:LAST\", both "
              "included. Raises InputError, ConfigError.");

@@ -202,7 +202,8 @@ void bind_run_writer(nb::module_& module) {
       },
       nb::arg("folder"), nb::arg("recording"), nb::arg("pipeline"), nb::kw_only(), nb::arg("preset") = "default",
       nb::arg("fuse") = "none", nb::arg("resume") = false, nb::arg("checkpoint_every") = 100, nb::keep_alive<1, 4>(),
-      "preset: its name, for run.json. fuse: \"none\", \"lidar\" or \"grids\". resume: continue a stopped run with a "
+      "preset: its name, for run.json. fuse: \"none\", \"lidar\", \"grids\" or \"labels\". resume: continue a stopped "
+      "run with a "
       "new "
       "pipeline. "
       "checkpoint_every: interval in frames at which the state is saved for resume; 0: never. Raises ConfigError: the "

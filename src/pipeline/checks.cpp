@@ -117,6 +117,14 @@ void check(const StereoFrame& frame, const FrameImages& images, const Rig& rig) 
                      "Give metres, in a frame whose origin is on the same planet, or leave the pose out."};
   }
   for (const ObservedGrid& grid : frame.other_grids) check_grid(grid, frame.name);
+  const Image<std::uint8_t>& labels{frame.labels};
+  if (labels.empty()) return;
+  if (labels.width() != rig.width_px || labels.height() != rig.height_px) {
+    throw InputError{"frame " + frame.name, "has labels of another size than the rig's images.", "Give one per pixel."};
+  }
+  if (std::ranges::any_of(labels, [](std::uint8_t label) { return label >= names_of(PixelLabel{}).size(); })) {
+    throw InputError{"frame " + frame.name, "has labels that are none.", "They are values of PixelLabel, 0 to 4."};
+  }
 }
 
 bool is_place(const Pose2& pose) {

@@ -66,6 +66,8 @@ class FramePipeline {
   /// Makes the next frame a first one. Ids of obstacles continue.
   void reset() { state_.reset(rig_, first_ground_); }
   /// Continues the ids of obstacles of `before`, and what it has found of the vehicle itself.
+  /// Replaces the pixels without disparities.
+  void set_mask(PixelMask mask) { stages_->set_mask(std::move(mask)); }
   void continue_from(const FramePipeline& before);
 
   /// State between two frames: saved or loaded.

@@ -187,6 +187,7 @@ struct Pipeline::Implementation {
     into.level_rig = input.level_rig();
 
     const LevelFrame converted{input.convert(frame, images, cpu, into)};
+    set_mask(frame.labels);
     is_unfinished = true;
     const std::optional<Ground> found{frames->process(converted, into)};
 
@@ -194,6 +195,23 @@ struct Pipeline::Implementation {
     into.world_from_vehicle = converted.world_from_vehicle;
     window = into.world.geometry;
     return found;
+  }
+
+  // Pixels to ignore are masked in one frame, beside those of the vehicle itself.
+  void set_mask(const Image<std::uint8_t>& labels) {
+    const auto is_ignored = [](std::uint8_t label) { return label == static_cast<std::uint8_t>(PixelLabel::ignore); };
+    const bool ignores{std::ranges::any_of(labels, is_ignored)};
+    if (!ignores && !is_mask_of_frame) return;
+    Image<std::uint8_t> mask{options.mask};
+    if (ignores && mask.empty()) {
+      mask = Image<std::uint8_t>{labels.width(), labels.height()};
+      mask.fill(255);
+    }
+    for (std::size_t i{0}; ignores && i < labels.size(); ++i) {
+      if (is_ignored(labels.data()[i])) mask.data()[i] = 0;
+    }
+    frames->set_mask(PixelMask{mask, LevelMapping{input.rig()}});
+    is_mask_of_frame = ignores;
   }
 
   // Returns the message.
@@ -264,8 +282,9 @@ struct Pipeline::Implementation {
   FrameInput input;
   std::unique_ptr<FramePipeline> frames;
   StageImages unwanted_stages;
-  GridGeometry window;        // window of the last frame
-  bool is_unfinished{false};  // the stages have begun a frame that has thrown: the next one starts anew
+  GridGeometry window;           // window of the last frame
+  bool is_mask_of_frame{false};  // the stages' mask has pixels that the last frame ignores
+  bool is_unfinished{false};     // the stages have begun a frame that has thrown: the next one starts anew
   std::atomic_flag in_use;
 };
 

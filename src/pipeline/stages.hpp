@@ -135,6 +135,9 @@ class Stages {
   /// State of the filter between two frames.
   virtual void exchange(StateArchive archive) = 0;
 
+  /// Replaces the pixels without disparities, before match(). Nothing of a frame may be in work.
+  virtual void set_mask(PixelMask mask) { mask_ = std::move(mask); }
+
   /// Runs host work while the stages work: on the CPU on other threads, on a device after the calls have been enqueued.
   /// Returns the result of the host work.
   template <class Threads, class StageCalls, class HostWork>

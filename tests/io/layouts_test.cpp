@@ -190,6 +190,35 @@ TEST_F(Layouts, EurocNamesAreStamps) {
   }
 }
 
+TEST_F(Layouts, EurocsGroundTruthIsTheFoldersOwn) {
+  constexpr const char* t_bs{"T_BS: {cols: 4, rows: 4, data: [0, 0, 1, 0, -1, 0, 0, "};  // the camera faces x
+  for (const char* const camera : {"cam0", "cam1"}) {
+    const bool is_left{std::string_view{camera} == "cam0"};
+    put(folder_ / "mav0" / camera / "sensor.yaml",
+        std::string{t_bs} + (is_left ? "0.1" : "-0.1") +
+            ", 0, -1, 0, 0, 0, 0, 0, 1]}\nresolution: [64, 32]\ncamera_model: pinhole\nintrinsics: [60, 60, 31.5, "
+            "15.5]\ndistortion_model: radial-tangential\ndistortion_coefficients: [0, 0, 0, 0]\n");
+    for (const char* const stamp : {"1500000000100000000", "1500000000200000000"}) {
+      put_image(fs::path{"mav0"} / camera / "data" / (std::string{stamp} + ".png"), is_left ? 50 : 150);
+    }
+  }
+  std::string rows{
+      "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z []\n"};
+  for (int i{0}; i < 5; ++i) {
+    rows += std::to_string(1500000000050000000 + 50000000L * i) + "," + std::to_string(0.5 * i) + ",0,1,1,0,0,0\n";
+  }
+  put(folder_ / "mav0/state_groundtruth_estimate0/data.csv", rows);
+  for (const fs::path& input : {folder_.path(), folder_ / "mav0"}) {
+    const auto recording{open_recording({{input}, {}, ""})};
+    ASSERT_TRUE(recording->has_poses());
+    const Pose2 first{*recording->load(0).world_from_vehicle};
+    const Pose2 second{*recording->load(1).world_from_vehicle};
+    EXPECT_NEAR((inverse(first) * second).x_m, 1, 1e-6);
+    EXPECT_NEAR((inverse(first) * second).y_m, 0, 1e-6);
+  }
+  EXPECT_FALSE(open_recording({{folder_.path()}, {}, "none"})->has_poses());
+}
+
 TEST_F(Layouts, CalibrationOfAnyNameBesideTheImages) {
   put_image("left/1.png", 50);
   put_image("right/1.png", 150);

@@ -12,7 +12,7 @@ namespace stereogrid::io::testing {
 namespace {
 
 using namespace std::string_literals;
-using ::testing::AllOf, ::testing::Contains, ::testing::ElementsAre, ::testing::HasSubstr, ::testing::IsEmpty;
+using ::testing::AllOf, ::testing::Contains, ::testing::ElementsAre, ::testing::HasSubstr, ::testing::IsEmpty, ::testing::Not;
 
 struct Opening : FolderTest {
   [[nodiscard]] std::unique_ptr<Recording> open() const { return open_recording({{folder.path()}, {}, ""}); }
@@ -230,6 +230,33 @@ TEST_F(Opening, PoseCount) {
   expect_refused({"poses.csv", "2 poses", "3 frames", "frame b has none"});
   put(folder / "poses.csv", "name,stamp_ns,x_m,y_m,yaw_rad\na,0,0,0,0\nb,1,0,0,0\nc,2,0,0,0\nd,3,0,0,0\n");
   EXPECT_THAT(open()->contents().warnings, ElementsAre(HasSubstr("4 poses, but there are 3 frames")));
+}
+
+TEST_F(Opening, DistancesToTheCameraAreNoDepths) {
+  put_plain(folder.path());
+  for (const char* const name : {"distance_to_camera", "DepthPerspective"}) {
+    fs::copy(folder / "right", folder / name);
+    expect_error(
+        [&] {
+          static_cast<void>(open_recording({{folder.path()}, {}, "", {}, folder / name}));
+        },
+        {name, "distances from the camera's centre", "DepthPlanar"});
+  }
+}
+
+TEST_F(Opening, PosesInMillimetresAreWarnedOf) {
+  put_plain(folder.path());
+  fs::remove(folder / "poses.csv");
+  const std::size_t count{open()->size()};
+  const auto warnings = [&](double step) {
+    std::string text;
+    for (std::size_t i{0}; i < count; ++i)
+      text += "1 0 0 0 0 1 0 0 0 0 1 " + std::to_string(step * static_cast<double>(i)) + "\n";
+    put(folder / "poses.txt", text);
+    return open()->contents().warnings;
+  };
+  EXPECT_THAT(warnings(1), Not(Contains(HasSubstr("millimetres"))));
+  EXPECT_THAT(warnings(1000), Contains(HasSubstr("poses: half of the steps are faster than 10000 m/s")));
 }
 
 TEST_F(Opening, PosesWithTimesOfTheirOwn) {

@@ -77,6 +77,7 @@ void print_recording(const io::Recording& recording) {
   if (!contents.mask_file.empty()) print_row("mask", io::printable_path(contents.mask_file));
   print_row("poses", poses_text(contents));
   print_row("lidar", recording.has_scans() ? "yes" : "no");
+  if (!contents.labels.empty()) print_row("labels", io::printable_path(contents.labels));
   if (!contents.grids_source.empty()) print_row("grids", contents.grids_source);
   print_row("truth", text_or(contents.truth_folder, "no"));
   for (const std::string& note : contents.notes) {

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <iterator>
 
 #include "input/calibration/calibration_forms.hpp"
@@ -110,6 +111,42 @@ Size find_layout_of(RecordingContents& contents, const InputLayout& layout, cons
   return size_of_part(size, contents.layout);
 }
 
+/// Label images of the left images, by their names.
+void find_labels(RecordingContents& contents, const InputArguments& arguments) {
+  const fs::path folder{arguments.labels.value_or(contents.root / "labels")};
+  const bool has_classes{!contents.calibration.labels.empty()};
+  if (!is_folder(folder)) {
+    if (arguments.labels)
+      throw InputError{printable_path(folder), "there is no such folder.", "It has a label image per left image."};
+    if (has_classes) contents.warnings.push_back("labels: the calibration has classes, but there is no folder labels/");
+    return;
+  }
+  if (!has_classes) {
+    const std::string text{fmt::format("labels: {} is not used: calibration.yaml has no 'labels: {{ignore: […], …}}'",
+                                       printable_path(folder))};
+    if (arguments.labels)
+      throw InputError{printable_path(folder), "has labels without a meaning.",
+                       "Add 'labels: {ignore: […], passable: […], obstacle: […], mover: […]}' to calibration.yaml."};
+    contents.notes.push_back(text);
+    return;
+  }
+  const Images images{images_in(folder, {".png", ".tif", ".tiff", ".pgm"})};
+  std::size_t found{0};
+  for (RecordedFrame& frame : contents.frames) {
+    const auto image{images.find(frame.name)};
+    if (image == images.end()) continue;
+    frame.labels = image->second;
+    ++found;
+  }
+  contents.labels = folder;
+  if (found == contents.frames.size()) {
+    contents.notes.push_back(fmt::format("labels: {}", printable_path(folder)));
+  } else {
+    contents.warnings.push_back(fmt::format("labels: {} has images of {} of {} frames, by their names",
+                                            printable_path(folder), found, contents.frames.size()));
+  }
+}
+
 void find_mask(RecordingContents& contents, const InputArguments& arguments) {
   contents.mask_file = arguments.mask.value_or(contents.calibration.mask);
   if (contents.mask_file.empty()) return;
@@ -118,6 +155,16 @@ void find_mask(RecordingContents& contents, const InputArguments& arguments) {
   contents.notes.push_back(
       fmt::format("mask: {}, {:.1f} % of the image are not used", printable_path(contents.mask_file),
                   100.0 * static_cast<double>(masked) / static_cast<double>(contents.mask.size())));
+}
+
+/// Throws InputError where a folder has distances from the camera's centre, as simulators name them.
+void refuse_distances(const fs::path& folder) {
+  std::string name{printable_path(folder.filename() == "data" ? folder.parent_path().filename() : folder.filename())};
+  std::ranges::transform(name, name.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (name.find("distance_to_camera") == std::string::npos && name.find("perspective") == std::string::npos) return;
+  throw InputError{printable_path(folder), "has distances from the camera's centre, not depths along its axis.",
+                   "Record distance_to_image_plane (Isaac Sim) or DepthPlanar (AirSim), or multiply each pixel by "
+                   "f / sqrt(f² + (u − cx)² + (v − cy)²)."};
 }
 
 RecordingContents look_at(const InputArguments& arguments) {
@@ -134,6 +181,7 @@ RecordingContents look_at(const InputArguments& arguments) {
   contents.root = layout.root;
   contents.disparities = layout.disparities;
   contents.has_depth = arguments.depth.has_value() || (!arguments.disparities && is_depth_folder(layout.disparities));
+  if (contents.has_depth) refuse_distances(layout.disparities);
   constexpr double tum_units_per_m{5000};
   const bool is_of_tum{is_there(layout.root / "depth.txt") && is_there(layout.root / "rgb.txt")};
   contents.depth_units_per_m = arguments.depth_units_per_m.value_or(is_of_tum ? tum_units_per_m : 1000);
@@ -147,8 +195,10 @@ RecordingContents look_at(const InputArguments& arguments) {
   contents.calibration_file = calibration_file_of(contents.root, layout, arguments, contents.has_depth);
   read_calibration_of(contents, layout, find_layout_of(contents, layout, arguments, whole));
   find_mask(contents, arguments);
+  find_labels(contents, arguments);
   const bool stamps_known{find_stamps(contents, layout, arguments.poses)};
   find_poses_of(contents, layout, arguments.poses, stamps_known);
+  warn_of_speed(contents);
   if (is_folder(layout.root / "truth") && layout.kind == InputKind::plain_folder) {
     contents.truth_folder = layout.root / "truth";
   }
@@ -193,6 +243,7 @@ RecordingContents look_at(const InputArguments& arguments, ForeignRecording& fou
   } else {
     find_poses_of(contents, layout, arguments.poses, true);
   }
+  warn_of_speed(contents);
   return contents;
 }
 

@@ -72,6 +72,16 @@ Image<float> disparity_from_depth(const Image<float>& depth_m, const Rig& rig) {
 
 namespace {
 
+/// Labels of the rectified image; none where it shows nothing of the camera's.
+Image<std::uint8_t> rectified(const Rectifier& rectifier, const Image<std::uint8_t>& labels) {
+  Image<float> values{labels.width(), labels.height()};
+  std::ranges::copy(labels, values.begin());
+  const Image<float> turned{rectifier.left(values)};
+  Image<std::uint8_t> made{turned.width(), turned.height()};
+  std::ranges::transform(turned, made.begin(), [](float value) { return static_cast<std::uint8_t>(value); });
+  return made;
+}
+
 /// External disparities include other centres of the right camera.
 void add_offset(Image<float>& disparity, const RawPair& raw) {
   const auto offset_px{static_cast<float>(raw.right.cx_px - raw.left.cx_px)};
@@ -102,6 +112,8 @@ void Recording::turn_images(bool are_exchanged) {
   Calibration& calibration{contents_.calibration};
   calibration.notes.emplace_back(note);
   if (!are_exchanged) return;
+  if (!contents_.labels.empty()) contents_.warnings.emplace_back("labels: those of exchanged images are not used");
+  for (RecordedFrame& frame : contents_.frames) frame.labels.clear();
   turn_upside_down(calibration, Origin{printable_path(contents_.calibration_file)});
   if (calibration.raw) rectifier_.emplace(*calibration.raw, rig().width_px, rig().height_px);
 }
@@ -142,8 +154,13 @@ StereoFrame Recording::load_unrectified(std::size_t index) const {
   frame.left = std::move(pair.left);
   frame.right = std::move(pair.right);
   if (!pair.depth_m.empty()) frame.disparity = disparity_from_depth(pair.depth_m, rig());
+  if (!source.labels.empty()) {
+    frame.labels = read_listed([&] { return load_labels(source.labels); });
+    need_equal_size(frame.left, source.left, frame.labels, source.labels);
+  }
   if (contents_.are_exchanged) std::swap(frame.left, frame.right);
   if (contents_.are_turned) {
+    std::reverse(frame.labels.begin(), frame.labels.end());
     std::reverse(frame.left.begin(), frame.left.end());
     std::reverse(frame.right.begin(), frame.right.end());
   }
@@ -175,6 +192,7 @@ StereoFrame Recording::load(std::size_t index) const {
                      "All frames of a recording have the same size."};
   }
   if (rectifier_) {
+    if (!frame.labels.empty()) frame.labels = rectified(*rectifier_, frame.labels);
     frame.left = rectifier_->left(frame.left);
     if (!frame.right.empty()) frame.right = rectifier_->right(frame.right);
     if (contents_.has_depth) {
@@ -184,6 +202,16 @@ StereoFrame Recording::load(std::size_t index) const {
     }
   }
   return frame;
+}
+
+Image<std::uint8_t> Recording::load_labels(const std::filesystem::path& path) const {
+  const Image<std::uint16_t> values{read_u16(path)};
+  Image<std::uint8_t> labels{values.width(), values.height()};
+  std::ranges::transform(values, labels.begin(), [&](std::uint16_t value) {
+    const auto found{contents_.calibration.labels.find(value)};
+    return static_cast<std::uint8_t>(found == contents_.calibration.labels.end() ? PixelLabel::none : found->second);
+  });
+  return labels;
 }
 
 void Recording::load_files(const RecordedFrame& source, ImagePair& pair, StereoFrame& frame) const {

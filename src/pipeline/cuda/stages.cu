@@ -65,6 +65,20 @@ void CudaStages::load_mask() {
   synchronize();
 }
 
+void CudaStages::set_mask(PixelMask mask) {
+  cuda_.use();
+  if (is_at_work_) synchronize();
+  const PixelMask& before{this->mask()};
+  const bool has_same_rows{mask.empty() == before.empty() && mask.first_row() == before.first_row() &&
+                           mask.end_row() == before.end_row()};
+  Stages::set_mask(std::move(mask));
+  load_mask();
+  for (std::size_t i{0}; i < match_graphs_.size() && !has_same_rows; ++i) {
+    is_external_ = i == 1;
+    if (!match_graphs_[i].empty()) match_graphs_[i].capture(cuda_, [this] { enqueue_match(); });
+  }
+}
+
 void CudaStages::clear_masked() {
   stereogrid::clear_masked(cuda_, mask(), std::as_const(device_.masked).view(), device_.matches);
 }

@@ -28,6 +28,8 @@ class CudaStages final : public Stages {
               FrameResult& result) override;
   void publish(const LevelFrame& frame, FrameResult& result) override;
   void exchange(StateArchive archive) override;
+  /// Matching is recorded again where other rows are masked.
+  void set_mask(PixelMask mask) override;
 
   /// Launches each kernel by itself from now on, not in graphs, and notifies `watch`.
   void go_without_graphs(LaunchWatch& watch) {

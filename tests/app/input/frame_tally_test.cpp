@@ -55,7 +55,9 @@ TEST(FrameTally, TooFewDisparitiesForTheNearestGroundAreSaid) {
 
 /// Disparities of level ground below a camera.
 StereoFrame frame_above_ground(const Rig& rig, double height_m, double pitch_rad) {
-  StereoFrame frame{.left = {rig.width_px, rig.height_px}, .disparity = {rig.width_px, rig.height_px}};
+  StereoFrame frame;
+  frame.left = {rig.width_px, rig.height_px};
+  frame.disparity = {rig.width_px, rig.height_px};
   for (int v{0}; v < rig.height_px; ++v) {
     const double below{std::cos(pitch_rad) * (v - rig.cy_px) + std::sin(pitch_rad) * rig.focal_px};
     std::fill_n(frame.disparity.row(v), rig.width_px,

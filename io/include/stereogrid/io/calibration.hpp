@@ -4,12 +4,14 @@
 
 #include <array>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "stereogrid/camera.hpp"
 #include "stereogrid/export.hpp"
+#include "stereogrid/frame.hpp"
 
 namespace stereogrid::io {
 
@@ -46,6 +48,7 @@ struct Calibration {
                                         ///< "OpenCV stereo calibration" or "Kalibr camchain"
   bool has_extrinsics{false};           ///< false: the rig's height is the usual one, its angles 0
   std::filesystem::path mask{};         ///< image for read_mask; empty: none
+  std::map<int, PixelLabel> labels{};   ///< meaning of the values of label images; others have none
   std::vector<std::string> notes{};     ///< interpretation of the file where it is ambiguous
   std::vector<std::string> warnings{};  ///< values that are probably those of other images
   bool is_upside_down{false};           ///< 'rotate: 180': images are to be turned (open_recording)

@@ -44,6 +44,7 @@ struct InputArguments {
   std::optional<double> depth_units_per_m{};           ///< depth in integers; none: 1000, for TUM's folders 5000
   std::optional<std::filesystem::path> mask{};         ///< image for read_mask, instead of the calibration's
   std::optional<ImageLayout> layout{};                 ///< images that show both cameras; none: automatic
+  std::optional<std::filesystem::path> labels{};       ///< folder of label images; none: labels/ beside the images
   bool with_right{false};  ///< `disparities` beside the right images, in which features are tracked
 };
 
@@ -58,6 +59,7 @@ struct RecordedFrame {
   std::filesystem::path scan;  ///< lidar sweep (float32 x, y, z, reflectance); empty: none
   std::optional<Pose2> world_from_vehicle;
   std::filesystem::path disparity;  ///< instead of `right`, or beside it (InputArguments::with_right)
+  std::filesystem::path labels{};   ///< label image; empty: none
 };
 
 /// Both images of a frame as the cameras gave them, 8-bit grey. `…_bits`: ScaledImage::bits.
@@ -139,6 +141,7 @@ struct RecordingContents {
   bool wants_odometry{false};          ///< no poses here: the caller is to find them (VisualOdometry)
   std::filesystem::path truth_folder;  ///< empty: no ground truth
   std::filesystem::path disparities;   ///< folder of the disparity images; empty: right images
+  std::filesystem::path labels{};      ///< folder of the label images; empty: none
   std::vector<RecordedFrame> frames;
   int sample_bits{8};                 ///< most of the images looked at: their usual scale (share_scale)
   std::vector<std::string> notes;     ///< choices made on opening: calibration, poses, stamps
@@ -190,6 +193,7 @@ class STEREOGRID_EXPORT Recording final : public FrameSource {
 
  private:
   void load_files(const RecordedFrame& source, ImagePair& pair, StereoFrame& frame) const;
+  [[nodiscard]] Image<std::uint8_t> load_labels(const std::filesystem::path& path) const;
 
   RecordingContents contents_;
   std::unique_ptr<ImageStore> images_;

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+
 #include "input/calibration/calibration_forms.hpp"
 #include "input/calibration/raw_pair.hpp"
 #include "stereogrid/io/text.hpp"
@@ -35,6 +37,26 @@ RawPair read_raw(const YamlGroup& root) {
   return raw;
 }
 
+/// Values of label images by their meaning.
+std::map<int, PixelLabel> read_labels(const YamlGroup& root) {
+  constexpr double largest{65535};
+  const YamlGroup group{root.group("labels", {"ignore", "passable", "obstacle", "mover"})};
+  std::map<int, PixelLabel> labels;
+  for (const PixelLabel label : {PixelLabel::ignore, PixelLabel::passable, PixelLabel::obstacle, PixelLabel::mover}) {
+    const std::string key{names_of(label)[static_cast<std::size_t>(label)]};
+    if (!group.has(key.c_str())) continue;
+    for (const double value : group.vector(key.c_str())) {
+      if (!(value >= 0 && value <= largest) || value != std::floor(value)) {
+        group.fail("has a value in '" + key + "' that is not an integer in 0 … 65535.");
+      }
+      if (!labels.emplace(static_cast<int>(value), label).second) {
+        group.fail("has a value in '" + key + "' that is listed twice.", "Each value has one meaning.");
+      }
+    }
+  }
+  return labels;
+}
+
 void read_size(const YamlGroup& root, Rig& rig) {
   if (!root.has("image")) return;
   const YamlGroup image{root.group("image", {"width_px", "height_px"})};
@@ -55,7 +77,7 @@ void take_right_centre(Calibration& calibration, const YamlGroup& root) {
 
 /// A calibration that names another tool's file, and says what such a file cannot say.
 Calibration read_named(const YamlGroup& root, const std::filesystem::path& path, CalibrationRequest request) {
-  root.need_only({"from", "image", "images", "baseline_m", "cx_right_px", "lens", "rotate", "mount", "mask"});
+  root.need_only({"from", "image", "images", "baseline_m", "cx_right_px", "lens", "rotate", "mount", "mask", "labels"});
   request.is_named = true;
   Rig stated;
   read_size(root, stated);
@@ -93,7 +115,7 @@ Calibration read_named(const YamlGroup& root, const std::filesystem::path& path,
 
 Calibration read_whole(const YamlGroup& root, const CalibrationRequest& request) {
   root.need_only({"image", "mount", "focal_px", "cx_px", "cy_px", "cx_right_px", "baseline_m", "left", "right",
-                  "right_from_left", "rotate", "mask"});
+                  "right_from_left", "rotate", "mask", "labels"});
   Calibration calibration;
   calibration.kind = "calibration.yaml";
   read_size(root, calibration.rig);
@@ -127,6 +149,7 @@ Calibration read_own_calibration(const YamlGroup& root, const std::filesystem::p
     if (degrees != 0 && degrees != 180) root.fail("has a 'rotate' that is neither 0 nor 180.");
     calibration.is_upside_down = degrees == 180;
   }
+  if (root.has("labels")) calibration.labels = read_labels(root);
   if (root.has("mask")) calibration.mask = path.parent_path() / root.file_name("mask");
   calibration.has_extrinsics = root.has("mount");
   if (!calibration.has_extrinsics) return calibration;

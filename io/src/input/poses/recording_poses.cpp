@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <iterator>
 #include <limits>
 #include <map>
@@ -235,6 +236,12 @@ fs::path choose_poses(RecordingContents& contents, const InputLayout& layout, co
     return choice->file;
   }
   if (is_folder(layout.root / "oxts" / "data")) return layout.root / "oxts" / "data";
+  if (layout.kind == InputKind::euroc) {
+    const fs::path base{layout.left.parent_path().parent_path()};
+    for (const char* const truth : {"state_groundtruth_estimate0", "mocap0"}) {
+      if (is_file(base / truth / "data.csv")) return base / truth / "data.csv";
+    }
+  }
   // as KITTI's odometry benchmark is unpacked: sequences/04 and poses/04.txt
   const fs::path root{fs::absolute(layout.root / "").lexically_normal().parent_path()};
   const fs::path kitti_360{root.parent_path().parent_path() / "data_poses" / root.filename() / "cam0_to_world.txt"};
@@ -282,6 +289,27 @@ void find_poses_of(RecordingContents& contents, const InputLayout& layout, const
   }
   take_poses(contents, read_kitti_poses(file, contents.frames.size()));
   contents.notes.push_back("poses: " + printable_path(file));
+}
+
+void warn_of_speed(RecordingContents& contents) {
+  constexpr double fastest_mps{150};
+  constexpr double step_min_s{5e-3};  // shorter ones are hardly a camera's
+  std::vector<double> speeds_mps;
+  for (std::size_t i{1}; i < contents.frames.size(); ++i) {
+    const RecordedFrame& from{contents.frames[i - 1]};
+    const RecordedFrame& to{contents.frames[i]};
+    const double dt_s{static_cast<double>(to.stamp_ns - from.stamp_ns) * 1e-9};
+    if (!from.world_from_vehicle || !to.world_from_vehicle || !(dt_s >= step_min_s)) continue;
+    const Pose2 step{inverse(*from.world_from_vehicle) * *to.world_from_vehicle};
+    speeds_mps.push_back(std::hypot(step.x_m, step.y_m) / dt_s);
+  }
+  if (speeds_mps.empty()) return;
+  const auto middle{speeds_mps.begin() + static_cast<std::ptrdiff_t>(speeds_mps.size() / 2)};
+  std::ranges::nth_element(speeds_mps, middle);
+  if (*middle <= fastest_mps) return;
+  contents.warnings.push_back(fmt::format(
+      "poses: half of the steps are faster than {:.0f} m/s: are they in millimetres? Positions are in metres.",
+      *middle));
 }
 
 void take_own_poses(RecordingContents& contents, const fs::path& file, const std::vector<StampedPose>& poses) {

@@ -74,4 +74,7 @@ extern const char* const without_stamps;
 /// data.csv of a EuRoC (ASL) folder: stamps (ns) by the images' names without extension.
 [[nodiscard]] std::map<std::string, std::int64_t> read_euroc_stamps(const std::filesystem::path& path);
 
+/// Adds a warning where the median speed between frames is above 150 m/s: positions in another unit.
+void warn_of_speed(RecordingContents& contents);
+
 }  // namespace stereogrid::io

@@ -1,0 +1,116 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Label images of a semantic segmentation beside the left images.
+#include "../support.hpp"
+#include "stereogrid/io/image_file.hpp"
+
+namespace stereogrid::app::testing {
+namespace {
+
+constexpr int width_px{160};
+constexpr int height_px{100};
+constexpr std::uint8_t road{7};
+constexpr std::uint8_t wall{12};
+constexpr std::uint8_t self{255};
+
+class Labels : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    run_well({"simulate", small_scene("empty", "&frames=3&focal=80&baseline=0.5&camera_height=1.65&pitch_deg=0"),
+              "--out", drive(), "--no-truth"});
+    std::ofstream{drive() / "calibration.yaml", std::ios::app}
+        << "labels: {ignore: [255], passable: [7, 8], obstacle: [12], mover: [24]}\n";
+  }
+  [[nodiscard]] fs::path drive() const { return folder_ / "drive"; }
+  [[nodiscard]] fs::path out(const char* name) const { return folder_ / name; }
+  static Image<std::uint8_t> all(std::uint8_t value) {
+    Image<std::uint8_t> labels{width_px, height_px};
+    labels.fill(value);
+    return labels;
+  }
+  void put(const Image<std::uint8_t>& labels) const {
+    fs::create_directories(drive() / "labels");
+    for (const char* name : {"000000", "000001", "000002"}) {
+      io::write_png(drive() / "labels" / (std::string{name} + ".png"), labels);
+    }
+  }
+  Outcome run(const char* name, std::vector<std::string> more = {}) const {
+    std::vector<std::string> words{"run", drive(), "--out", out(name), "--poses", "none"};
+    words.insert(words.end(), more.begin(), more.end());
+    return run_tool(words);
+  }
+  [[nodiscard]] double observed(const char* name, double x_m, double y_m) const {
+    const Arrays grids{io::read_npz(out(name) / "grids" / "000001.npz")};
+    const auto cells{grids.at("observed").to_image<float>()};
+    const Json grid = json_of(out(name) / "run.json").at("grid");
+    const double size_m{grid.at("cell_size_m")};
+    return static_cast<double>(cells(static_cast<int>((x_m - grid.at("x_min_m").get<double>()) / size_m),
+                                     static_cast<int>((y_m - grid.at("y_min_m").get<double>()) / size_m)));
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(Labels, PixelsToIgnoreAreMaskedInTheirFrame) {
+  Image<std::uint8_t> labels{all(0)};
+  Image<std::uint8_t> mask{all(255)};
+  for (int v{60}; v < height_px; ++v) {
+    for (int u{90}; u < 130; ++u) {
+      labels(u, v) = self;
+      mask(u, v) = 0;
+    }
+  }
+  io::write_png(folder_ / "mask.png", mask);
+  ASSERT_EQ(run("masked", {"--mask", folder_ / "mask.png"}).exit_code, 0);
+  put(labels);
+  ASSERT_EQ(run("labelled").exit_code, 0);
+  expect_equal_runs(out("masked"), out("labelled"));
+  ASSERT_EQ(run("plain", {"--labels", drive() / "left"}).exit_code, 0);  // names of other values
+  put(all(0));
+  io::write_png(drive() / "labels" / "000000.png", labels);
+  ASSERT_EQ(run("first").exit_code, 0);
+  const auto grid = [this](const char* name, const char* frame) {
+    return text_of(out(name) / "grids" / (std::string{frame} + ".npz"));
+  };
+  EXPECT_EQ(grid("first", "000000"), grid("masked", "000000"));
+  EXPECT_NE(grid("first", "000001"), grid("masked", "000001"));
+}
+
+TEST_F(Labels, AreASourceToFuse) {
+  Image<std::uint8_t> labels{all(road)};
+  for (int v{0}; v < 68; ++v) {  // a wall whose foot is 7.5 m ahead, 80 · 1.65 / (67.5 − 50)
+    for (int u{0}; u < width_px; ++u) labels(u, v) = wall;
+  }
+  put(labels);
+  const Outcome fused{run("fused", {"--fuse", "labels", "--set", "fusion.stereo_confidence=0"})};  // labels alone
+  ASSERT_EQ(fused.exit_code, 0) << fused.errors;
+  EXPECT_EQ(json_of(out("fused") / "run.json").at("fuse").at("source"), "labels");
+  EXPECT_GT(observed("fused", 7.5, 0), 0.6);
+  EXPECT_LT(observed("fused", 5, 0), 0.35);
+  EXPECT_NEAR(observed("fused", 9, 0), 0.5, 0.01);
+}
+
+TEST_F(Labels, ProblemsAreNamed) {
+  put(Image<std::uint8_t>{80, 50});
+  EXPECT_THAT(run("size").errors, HasSubstr("has 160×100 px, but"));
+  fs::remove_all(drive() / "labels");
+  EXPECT_THAT(run("none", {"--fuse", "labels"}).errors, HasSubstr("has no labels."));
+  EXPECT_THAT(run("no_folder").errors, HasSubstr("there is no folder labels/"));
+  put(all(road));
+  fs::remove(drive() / "labels" / "000002.png");
+  EXPECT_THAT(run("some", {"--fuse", "labels"}).errors, HasSubstr("has images of 2 of 3 frames"));
+  EXPECT_THAT(lines_of(out("some")).at(2).at("warnings").dump(), HasSubstr("stereo alone: no labels"));
+  for (const auto& [classes, problem] :
+       {std::pair{"{ignore: [7], mover: [7]}", "listed twice"},
+        std::pair{"{ignore: [70000]}", "not an integer in 0 … 65535"}, std::pair{"{sky: [1]}", "unknown key"}}) {
+    std::istringstream lines{text_of(drive() / "calibration.yaml")};
+    std::string text;
+    for (std::string line; std::getline(lines, line);) text += line.starts_with("labels") ? "" : line + "\n";
+    std::ofstream{drive() / "calibration.yaml"} << text << "labels: " << classes << "\n";
+    EXPECT_THAT(errors_of(65, {"info", drive()}), HasSubstr(problem)) << classes;
+  }
+}
+
+}  // namespace
+}  // namespace stereogrid::app::testing
