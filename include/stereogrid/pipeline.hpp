@@ -117,9 +117,10 @@ class STEREOGRID_EXPORT Pipeline {
   /// Size of the world-aligned window: its nx, ny and cell_size_m are constant, its origin follows the vehicle.
   [[nodiscard]] GridGeometry world_grid() const;
   [[nodiscard]] int threads() const;
-  /// Memory allocated by the constructor. process() does not allocate on the CPU, except for far more obstacles or
-  /// tracked features than on usual streets. Part of it stays untouched for a long time and may have no physical
-  /// memory. Excludes memory of oneTBB, the CUDA driver and the reference back end.
+  /// Memory allocated by the constructor. process() does not allocate on the CPU, except for pixels to
+  /// ignore (StereoFrame::labels) and far more obstacles or tracked features than on usual streets. Part of it stays
+  /// untouched for a long time and may have no physical memory. Excludes memory of oneTBB, the CUDA driver and the
+  /// reference back end.
   [[nodiscard]] MemoryUse memory_use() const;
   /// Back end in use: cpu, reference or cuda.
   [[nodiscard]] BackEnd back_end() const;
