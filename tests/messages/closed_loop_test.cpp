@@ -30,7 +30,8 @@ double distance(Point2 a, Point2 b) {
 
 constexpr GridGeometry corridor{-1, -2, 0.05, 360, 80};
 
-/// A* over eight neighbours; unknown cells cost three times free ones. Empty: there is no path.
+/// A* over eight neighbours; unknown cells cost as much as the most expensive ones, as in Nav2's NavFn. Empty: there is
+/// no path.
 std::vector<Point2> path(const Nav2Costmap& map, Point2 from, Point2 to) {
   constexpr GridGeometry grid{corridor};
   const auto begin{grid.cell_at(from)};
@@ -60,7 +61,7 @@ std::vector<Point2> path(const Nav2Costmap& map, Point2 from, Point2 to) {
       const int there{map.cost_at(grid.centre(next.ix, next.iy))};
       const bool leaves{distance(grid.centre(next.ix, next.iy), from) < radius_m};  // it is too near
       if (there == cost::lethal || (there == cost::inscribed && !leaves)) continue;
-      const double factor{there == cost::no_information ? 3 : 1 + there / 50.0};
+      const double factor{1 + std::min(there, cost::inscribed) / 50.0};
       const auto at{static_cast<std::size_t>(index(next))};
       const double total{costs[static_cast<std::size_t>(cell)] + factor * std::hypot(next.ix - ix, next.iy - iy)};
       if (total >= costs[at]) continue;
@@ -78,11 +79,14 @@ std::vector<Point2> path(const Nav2Costmap& map, Point2 from, Point2 to) {
 }
 
 /// A robot that follows paths: on ground that is free and was seen, once it is turned towards it. Its accelerations are
-/// those of Nav2's examples.
+/// those of Nav2's examples, as is its recovery: after 5 s without motion it backs up by 0.3 m, so that cells below the
+/// image come into view again.
 struct Robot {
   Pose2 pose;
   double speed_mps{0};
   double turn_radps{0};
+  int stopped{0};  ///< frames without motion
+  int backing{0};  ///< frames of the recovery left
 
   [[nodiscard]] Point2 place() const { return {pose.x_m, pose.y_m}; }
 
@@ -99,6 +103,14 @@ struct Robot {
     const double error{std::remainder(bearing, 2 * 3.14159265358979323846)};
     change(turn_radps, std::clamp(1.5 * error, -1.0, 1.0), 2.5);
     change(speed_mps, is_free ? most_mps * std::max(0.0, 1 - std::abs(error) / 0.8) : 0, 2.5);
+    const bool is_still{std::abs(speed_mps) < 0.01 && std::abs(turn_radps) < 0.01};
+    stopped = is_still && backing == 0 ? stopped + 1 : 0;
+    if (stopped * step_s > 5) backing = 30;
+    if (backing > 0) {
+      --backing;
+      speed_mps = -0.1;
+      turn_radps = 0;
+    }
     pose = pose * Pose2{speed_mps * step_s, 0, turn_radps * step_s};
   }
 
