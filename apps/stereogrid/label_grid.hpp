@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

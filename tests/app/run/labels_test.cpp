@@ -1,4 +1,3 @@
-// SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
 // Label images of a semantic segmentation beside the left images.
