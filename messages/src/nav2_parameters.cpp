@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 
 #include "stereogrid/image.hpp"
 #include "stereogrid/messages/frame_messages.hpp"
@@ -20,10 +19,10 @@ constexpr double highest_m{2};
 // Seconds that a voxel of SpatioTemporalVoxelLayer lasts without being seen again.
 constexpr double voxel_decay_s{1};
 
-// At most three decimals, at least one: Nav2 rejects "1" where it declares a double.
+// At most six decimals, at least one: Nav2 rejects "1" where it declares a double.
 std::string number(double value) {
   std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.3f", value);
+  std::snprintf(text.data(), text.size(), "%.6f", value);
   std::string digits{text.data()};
   while (digits.ends_with("00") || (digits.ends_with('0') && digits[digits.size() - 2] != '.')) digits.pop_back();
   return digits;

@@ -102,6 +102,8 @@ TEST(Nav2Parameters, AreThoseOfTheOptions) {
   EXPECT_EQ(node["robot_base_frame"].as<std::string>(), "robot1/base");
   EXPECT_EQ(node["width"].as<int>(), 14) << "6 m ahead and 3 m aside are 6.7 m away";
   EXPECT_EQ(node["resolution"].as<std::string>(), "0.05");
+  const YAML::Node fine{YAML::Load(nav2_local_costmap(small_rig(), {0, -3, 0.0625, 96, 96}, options))};
+  EXPECT_EQ(fine["local_costmap"]["local_costmap"]["ros__parameters"]["resolution"].as<double>(), 0.0625);
   EXPECT_EQ(node["update_frequency"].as<std::string>(), "10.0") << "Nav2 rejects an integer";
 }
 
