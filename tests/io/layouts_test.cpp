@@ -194,7 +194,7 @@ TEST_F(Layouts, EurocsGroundTruthIsTheFoldersOwn) {
   constexpr const char* t_bs{"T_BS: {cols: 4, rows: 4, data: [0, 0, 1, 0, -1, 0, 0, "};  // the camera faces x
   for (const char* const camera : {"cam0", "cam1"}) {
     const bool is_left{std::string_view{camera} == "cam0"};
-    put(folder_ / "mav0" / camera / "sensor.yaml",
+    put(folder / "mav0" / camera / "sensor.yaml",
         std::string{t_bs} + (is_left ? "0.1" : "-0.1") +
             ", 0, -1, 0, 0, 0, 0, 0, 1]}\nresolution: [64, 32]\ncamera_model: pinhole\nintrinsics: [60, 60, 31.5, "
             "15.5]\ndistortion_model: radial-tangential\ndistortion_coefficients: [0, 0, 0, 0]\n");
@@ -207,8 +207,8 @@ TEST_F(Layouts, EurocsGroundTruthIsTheFoldersOwn) {
   for (int i{0}; i < 5; ++i) {
     rows += std::to_string(1500000000050000000 + 50000000L * i) + "," + std::to_string(0.5 * i) + ",0,1,1,0,0,0\n";
   }
-  put(folder_ / "mav0/state_groundtruth_estimate0/data.csv", rows);
-  for (const fs::path& input : {folder_.path(), folder_ / "mav0"}) {
+  put(folder / "mav0/state_groundtruth_estimate0/data.csv", rows);
+  for (const fs::path& input : {folder.path(), folder / "mav0"}) {
     const auto recording{open_recording({{input}, {}, ""})};
     ASSERT_TRUE(recording->has_poses());
     const Pose2 first{*recording->load(0).world_from_vehicle};
@@ -216,7 +216,7 @@ TEST_F(Layouts, EurocsGroundTruthIsTheFoldersOwn) {
     EXPECT_NEAR((inverse(first) * second).x_m, 1, 1e-6);
     EXPECT_NEAR((inverse(first) * second).y_m, 0, 1e-6);
   }
-  EXPECT_FALSE(open_recording({{folder_.path()}, {}, "none"})->has_poses());
+  EXPECT_FALSE(open_recording({{folder.path()}, {}, "none"})->has_poses());
 }
 
 TEST_F(Layouts, CalibrationOfAnyNameBesideTheImages) {

@@ -12,7 +12,8 @@ namespace stereogrid::io::testing {
 namespace {
 
 using namespace std::string_literals;
-using ::testing::AllOf, ::testing::Contains, ::testing::ElementsAre, ::testing::HasSubstr, ::testing::IsEmpty, ::testing::Not;
+using ::testing::AllOf, ::testing::Contains, ::testing::ElementsAre, ::testing::HasSubstr, ::testing::IsEmpty,
+    ::testing::Not;
 
 struct Opening : FolderTest {
   [[nodiscard]] std::unique_ptr<Recording> open() const { return open_recording({{folder.path()}, {}, ""}); }

@@ -113,7 +113,7 @@ TEST_F(DisparityFile, WhatNumpyWrites) {
   EXPECT_EQ(image(1, 2), 3.25F);
   for (const char* const name : {"h.npy", "t.npy", "one.npy"}) EXPECT_EQ(read_disparity(file(name)), image) << name;
   ASSERT_TRUE(run_python("import numpy as np\nd = np.arange(24).reshape(2, 3, 4) * 250\nf = '" +
-                         folder_.path().string() +
+                         folder.path().string() +
                          "/'\nnp.save(f + 'three.npy', d)\nnp.save(f + 'mm.npy', d[0].astype(np.uint16))\n"));
   expect_refused("three.npy", {"3 dimensions", "(height, width)"});
   EXPECT_EQ(read_depth(file("mm.npy"), 1000)(1, 2), 2.25F);
