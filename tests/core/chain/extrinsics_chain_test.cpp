@@ -60,18 +60,18 @@ TEST(ExtrinsicsChain, IsFoundInOneFrameAndKept) {
   }
 }
 
-/// Exact disparities of level ground 1.65 m below the camera, and of a wall 15 m ahead.
+/// Exact disparities of level ground 1.65 m below the camera.
 StereoFrame frame_of_level_ground(const Rig& rig, int index) {
   StereoFrame frame;
   frame.name = "frame";
   frame.index = index;
   frame.stamp_ns = 100'000'000LL * index;
+  frame.world_from_vehicle = Pose2{};
   frame.left = {rig.width_px, rig.height_px};
   frame.disparity = {rig.width_px, rig.height_px};
   for (int v{0}; v < rig.height_px; ++v) {
     const double ground_px{rig.baseline_m / 1.65 * (v - rig.cy_px)};
-    const double wall_px{rig.focal_px * rig.baseline_m / 15};
-    std::fill_n(frame.disparity.row(v), rig.width_px, static_cast<float>(std::max(ground_px, wall_px)));
+    std::fill_n(frame.disparity.row(v), rig.width_px, static_cast<float>(std::max(ground_px, 0.1)));
   }
   return frame;
 }
