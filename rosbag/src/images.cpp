@@ -166,8 +166,8 @@ std::optional<io::PlacedGrid> BagImages::load_grid(std::size_t index) const {
       fmt::format("{}, {}, stamp {} ns", name_, io::printable(grids_.topics.cells), cells->stamp_ns)};
   const std::string& type{find_topic(bag_->topics(), grids_.topics.cells)->type};
   io::PlacedGrid grid{decode_grid(bytes_of(grids_.topics.cells, *cells), type, name)};
-  if (const Shot* const certainty{find(grids_.certainty, *cells)}) {
-    set_certainty(grid, bytes_of(grids_.topics.certainty, *certainty), name);
+  if (const Shot* const graded{find(grids_.certainty, *cells)}) {
+    set_certainty(grid, bytes_of(grids_.topics.certainty, *graded), name);
   }
   grid.vehicle_from_grid = grids_.base_from_grid * grid.vehicle_from_grid;
   grid.is_in_world = grids_.is_in_world;

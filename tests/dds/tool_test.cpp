@@ -242,9 +242,9 @@ TEST(DdsTool, WhereTimeStepsBackAllRestarts) {
 }
 
 TEST(DdsTool, CamerasOfDifferentClocksAreDistinguished) {
-  Peer left{bare_peer("pairs /a best_effort 256x160 10 4 1000")};
-  Peer right{bare_peer("pairs /b best_effort 256x160 10 4 1005")};
-  Peer live{tool("live ros2: --left-topic /a/left/image_rect --right-topic /b/right/image_rect --listen :0", 4)};
+  Peer left{bare_peer("pairs /a best_effort 256x160 10 8 1000")};
+  Peer right{bare_peer("pairs /b best_effort 256x160 10 8 1005")};
+  Peer live{tool("live ros2: --left-topic /a/left/image_rect --right-topic /b/right/image_rect --listen :0", 8)};
   EXPECT_THAT(all_of(live), AllOf(HasSubstr("ms apart"), Not(HasSubstr("restart"))));
 }
 

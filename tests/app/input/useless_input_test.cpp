@@ -82,8 +82,7 @@ TEST_F(UselessInput, InfoSaysWhatIsWrong) {
   }
 }
 
-TEST(UselessInput, InfoNoticesImagesTurnedByAQuarter) {
-  const TemporaryFolder folder;
+TEST_F(UselessInput, InfoNoticesImagesTurnedByAQuarter) {
   const fs::path input{drive(folder, 1)};
   std::ofstream{input / "calibration.yaml"} << "focal_px: 256.25\ncx_px: 100\ncy_px: 160\nbaseline_m: 0.22\n";
   const auto turn = [](Grey& left, Grey& right) {
