@@ -26,8 +26,19 @@ def recorded(tool: Callable[..., str], tmp_path_factory: pytest.TempPathFactory)
     """Folder of a run, with drive.mcap in it."""
     folder = tmp_path_factory.mktemp("peers") / "run"
     scene = f"scene:crossing?frames={FRAMES}&width=256&height=160"
-    tool("run", scene, "--out", folder, "--mcap", folder / "drive.mcap", "--predict", "0.5", "--save-stages",
-         "--points-voxel", "0")
+    tool(
+        "run",
+        scene,
+        "--out",
+        folder,
+        "--mcap",
+        folder / "drive.mcap",
+        "--predict",
+        "0.5",
+        "--save-stages",
+        "--points-voxel",
+        "0",
+    )
     return folder
 
 
