@@ -3,19 +3,15 @@
 
 const clipRate = 30; // frames/s
 
-/** Saves what `address` refers to as a file. */
-function save(address, name) {
-  const link = Object.assign(document.createElement('a'), { href: address, download: name });
-  link.click();
+function save(blob, name) {
+  const address = URL.createObjectURL(blob);
+  Object.assign(document.createElement('a'), { href: address, download: name }).click();
+  URL.revokeObjectURL(address);
 }
 
 /** What the canvas shows, as a PNG. */
 export function saveSnapshot(canvas, name) {
-  canvas.toBlob((blob) => {
-    const address = URL.createObjectURL(blob);
-    save(address, `${name}.png`);
-    URL.revokeObjectURL(address);
-  });
+  canvas.toBlob((blob) => save(blob, `${name}.png`));
 }
 
 /** A button that records the canvas from one click to the next, and saves a WebM. */
@@ -28,9 +24,7 @@ export function recordClips(button, canvas, nameOf) {
     recorder = new MediaRecorder(canvas.captureStream(clipRate), { mimeType: 'video/webm' });
     recorder.ondataavailable = ({ data }) => parts.push(data);
     recorder.onstop = () => {
-      const address = URL.createObjectURL(new Blob(parts, { type: 'video/webm' }));
-      save(address, `${nameOf()}.webm`);
-      URL.revokeObjectURL(address);
+      save(new Blob(parts, { type: 'video/webm' }), `${nameOf()}.webm`);
       recorder = null;
       button.textContent = 'Clip';
     };
