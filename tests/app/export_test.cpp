@@ -147,7 +147,7 @@ TEST_F(Export, RefusesWhatCannotBe) {
   const std::vector<Refused> all{
       {words({}), 64, "Give --web DIR, --nav2-map DIR or --laserscan FILE.csv"},
       {words({"--frame", "3", "--laserscan", at("never")}), 64, "--frame chooses the grid of"},
-      {words({"--frame", "7", "--nav2-map", at("never")}), 64, "Its frames are 2 to 6."},
+      {words({"--frame", "7", "--nav2-map", at("never"), "--web", at("never")}), 64, "Its frames are 2 to 6."},
       {words({"--frame", "-1", "--nav2-map", at("never")}), 64, "-1 is not a whole number"},
       {words({"--laserscan", at("mine.csv"), "--nav2-map", at("never")}), 64, "mine.csv is there already"},
       {words({"--nav2-map", at("there")}), 64, "map.pgm is there already"},

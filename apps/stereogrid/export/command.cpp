@@ -217,26 +217,23 @@ void make_folder_of(const fs::path& file) {
   if (file.has_parent_path()) io::create_folder(file.parent_path());
 }
 
-void write_page(const ExportOptions& options) {
-  const nlohmann::ordered_json data(page_data(options.run));
-  const std::string page{page_with(data)};
-  make_folder_of(page_of(options));
-  io::write_file(page_of(options), page);
-  spdlog::info("{}: {} frames, {:.1f} MB; opens in a browser, from disk or from any web server",
-               io::printable_path(page_of(options)), data["frames"].size(), static_cast<double>(page.size()) * 1e-6);
-}
-
-/// All is read before anything is written, but for the page.
+/// All is read before anything is written.
 int export_run(const ExportOptions& options) {
   check(options);
-  if (!options.web.empty()) write_page(options);
-  if (options.nav2_map.empty() && options.laser_scan.empty()) return exit_done;
   const io::RunReader run{options.run};
   const io::RunFrame& frame{chosen_frame(run, options)};
   std::string scans;
   if (!options.laser_scan.empty()) scans = scans_of(run);
   std::optional<io::RunWorldGrid> map;
   if (!options.nav2_map.empty()) map = run.world_grid(frame.name);
+  std::string page;
+  if (!options.web.empty()) page = page_with(page_data(options.run));
+  if (!page.empty()) {
+    make_folder_of(page_of(options));
+    io::write_file(page_of(options), page);
+    spdlog::info("{}: {} frames, {:.1f} MB; opens in a browser, from disk or from any web server",
+                 io::printable_path(page_of(options)), run.frames().size(), static_cast<double>(page.size()) * 1e-6);
+  }
   if (!options.laser_scan.empty()) {
     make_folder_of(options.laser_scan);
     io::write_file(options.laser_scan, scans);
