@@ -22,6 +22,7 @@ constexpr double radius_m{0.25};
 constexpr double blind_m{0.75};  // ground nearer than this is below the image
 constexpr double ahead_m{0.9};   // part of the path that has to be free and seen
 constexpr double most_mps{0.6};
+constexpr double tolerance_m{0.5};  // default of Nav2's planners
 constexpr double step_s{0.1};
 
 double distance(Point2 a, Point2 b) {
@@ -30,8 +31,8 @@ double distance(Point2 a, Point2 b) {
 
 constexpr GridGeometry corridor{-1, -2, 0.05, 360, 80};
 
-/// A* over eight neighbours; unknown cells cost as much as the most expensive ones, as in Nav2's NavFn. Empty: there is
-/// no path.
+/// A* over eight neighbours. As in Nav2's NavFn unknown cells cost as much as the most expensive ones, and a goal that
+/// cannot be reached is replaced by the nearest point within the tolerance that can. Empty: there is no path.
 std::vector<Point2> path(const Nav2Costmap& map, Point2 from, Point2 to) {
   constexpr GridGeometry grid{corridor};
   const auto begin{grid.cell_at(from)};
@@ -70,8 +71,17 @@ std::vector<Point2> path(const Nav2Costmap& map, Point2 from, Point2 to) {
       open.push({total + std::hypot(next.ix - end->ix, next.iy - end->iy), static_cast<int>(at)});
     }
   }
+  CellIndex reached{*end};
+  double off_m{std::isinf(costs[static_cast<std::size_t>(index(*end))]) ? tolerance_m : 0};
+  for (int cell{0}; cell < grid.nx * grid.ny && off_m > 0; ++cell) {
+    const CellIndex at{cell % grid.nx, cell / grid.nx};
+    const double away_m{distance(grid.centre(at.ix, at.iy), to)};
+    if (std::isinf(costs[static_cast<std::size_t>(cell)]) || away_m >= off_m) continue;
+    off_m = away_m;
+    reached = at;
+  }
   std::vector<Point2> found;
-  for (int cell{index(*end)}; cell >= 0; cell = before[static_cast<std::size_t>(cell)]) {
+  for (int cell{index(reached)}; cell >= 0; cell = before[static_cast<std::size_t>(cell)]) {
     found.push_back(grid.centre(cell % grid.nx, cell / grid.nx));
   }
   std::ranges::reverse(found);
