@@ -100,6 +100,13 @@ const witnessPixels = perTheme(() => {
 });
 const witnessText = (byte) => witnesses[byte & 15] + (byte >> 4 ? `, up to ${2 ** (byte >> 4) / 16} s ago` : '');
 
+/** Ground over time, by TerrainClass. */
+const terrains = ['unknown', 'drivable', 'obstacle', 'drop'];
+const terrainPixels = perTheme(() => {
+  const pixels = ['--cell-unknown', '--witness-ground', '--cell-occupied', '--obstacle-drop'].map((name) => packed(rgb(name)));
+  return (kind) => pixels[kind] ?? pixels[0];
+});
+
 const oldest = 30; // tenths of a second
 const cssOf = (pixel) => `rgb(${pixel & 255} ${(pixel >> 8) & 255} ${(pixel >> 16) & 255})`;
 
@@ -122,11 +129,12 @@ export function legendOf(kind) {
     case 'age': return bar(rampPixels(), 2, ['seen 0 s ago', `${oldest / 10} s`]);
     case 'elevation': return bar((share) => elevationPixels()(share - 0.5), 33, ['≤ −0.5 m', 'level', '≥ 0.5 m']);
     case 'witness': return { kinds: witnesses.map((text, i) => [cssOf(witnessPixels()(i)), text]) };
+    case 'terrain': return { kinds: terrains.map((text, i) => [cssOf(terrainPixels()(i)), text]) };
     default: return bar((share) => occupancyPixels()[Math.round(100 * share)], 3, ['free', 'unknown', 'occupied']);
   }
 }
 
-/** `kind`: velocity, moving, age, elevation or witness. */
+/** `kind`: velocity, moving, age, elevation, terrain or witness. */
 export function packedLayer(message, kind) {
   const { data, column_count: width, row_stride: rowBytes, cell_stride: step } = message;
   const offsetOf = (wanted) => message.fields.find(({ name }) => name === wanted)?.offset;
@@ -139,16 +147,20 @@ export function packedLayer(message, kind) {
   const isSeen = (i) => elevation(i) !== -32768;
   const witnessAt = offsetOf('witness'); // missing: likewise
   const witness = witnessAt === undefined ? () => 0 : byte(witnessAt);
+  const terrainAt = offsetOf('terrain'); // missing: likewise
+  const terrain = terrainAt === undefined ? () => 0 : byte(terrainAt);
   const isKnown = (i) => age(i) !== 255;
   const velocity = velocityPixels();
   const ramp = rampPixels();
   const colourOf = elevationPixels();
   const colourOfWitness = witnessPixels();
+  const colourOfTerrain = terrainPixels();
   const pixelOf = {
     velocity: (i) => velocity(vx(i) / 100, vy(i) / 100, isKnown(i) ? Math.min(1, moving(i) / 128) : NaN),
     moving: (i) => ramp(isKnown(i) ? moving(i) / 255 : NaN),
     age: (i) => ramp(isKnown(i) ? age(i) / oldest : NaN),
     elevation: (i) => colourOf(isSeen(i) ? elevation(i) / 100 : NaN),
+    terrain: (i) => colourOfTerrain(terrain(i)),
     witness: (i) => colourOfWitness(witness(i)),
   }[kind];
   const percent = (share) => ((100 * share) / 255).toFixed(0);
@@ -161,7 +173,7 @@ export function packedLayer(message, kind) {
     pixels: bitmapOf(width, height, pixelOf),
     textOf: (i) => (isKnown(i) ? `occupied ${percent(occupancy(i))} %, moving ${percent(moving(i))} % at ` +
       `${(Math.hypot(vx(i), vy(i)) / 100).toFixed(1)} m/s, seen ${(age(i) / 10).toFixed(1)} s ago` : 'never observed') +
-      (isSeen(i) ? `, ${elevation(i)} cm high` : '') +
+      (isSeen(i) ? `, ${elevation(i)} cm high` : '') + (terrain(i) ? `, ${terrains[terrain(i)]}` : '') +
       (witnessAt === undefined ? '' : `; witness: ${witnessText(witness(i))}`),
   };
 }

@@ -12,7 +12,7 @@ import { StatusPanel } from './status_panel.js';
 import { onThemeChange } from './theme.js';
 
 const element = (id) => document.getElementById(id);
-const packedKinds = { velocity: 'Velocity', moving: 'Moving', age: 'Age', elevation: 'Elevation', witness: 'Witness' };
+const packedKinds = { velocity: 'Velocity', moving: 'Moving', age: 'Age', elevation: 'Elevation', terrain: 'Terrain', witness: 'Witness' };
 
 const scheme = location.protocol === 'https:' ? 'wss' : 'ws';
 const recorded = element('recording'); // frames of `stereogrid export --web`; a server's page has none

@@ -78,14 +78,16 @@ void check(const FrameResult& result) {
   for (const Image<float>* const layer : {&result.observed, &result.vehicle.occupancy}) {
     check_layer(result.vehicle.geometry, *layer);
   }
-  for (const Image<float>* const layer : {&result.elevation_m, &result.elevation_sigma_m}) {
-    if (!result.elevation_m.empty()) check_layer(result.vehicle.geometry, *layer);
-  }
   if (!result.witness.empty()) check_layer(result.vehicle.geometry, result.witness);
   const GridLayers& world{result.world};
   for (const Image<float>* const layer :
        {&world.occupancy, &world.velocity_x, &world.velocity_y, &world.moving, &world.age_s}) {
     check_layer(world.geometry, *layer);
+  }
+  if (!result.world_elevation_m.empty()) {
+    check_layer(world.geometry, result.world_elevation_m);
+    check_layer(world.geometry, result.world_elevation_sigma_m);
+    check_layer(world.geometry, result.world_terrain);
   }
   for (const Prediction& one : result.predictions) check_layer(world.geometry, one.world_occupancy);
 }

@@ -110,8 +110,8 @@ void archive(Archive& values, Result& result) {
   FrameResult& r{result.data};
   values(result.name, result.index, result.stamp_ns, r.rig, r.level_rig, r.ground, r.world_from_vehicle,
          r.obstacle_density, r.road_density, r.observed, r.elevation_m, r.elevation_sigma_m, r.terrain, r.witness,
-         r.speed_limit_mps, r.speed_limit_reason, r.vehicle, r.world, r.predictions, r.obstacles, r.stages, r.timing_ms,
-         r.status, r.warnings, r.exposure);
+         r.world_elevation_m, r.world_elevation_sigma_m, r.world_terrain, r.speed_limit_mps, r.speed_limit_reason,
+         r.vehicle, r.world, r.predictions, r.obstacles, r.stages, r.timing_ms, r.status, r.warnings, r.exposure);
 }
 
 /// Defines the state of a class for pickle. `construct(at)` makes an object in place.

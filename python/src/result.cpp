@@ -149,6 +149,18 @@ void bind_grids(nb::class_<Result>& result) {
       "Evidence of free cells: & 15 is a number of WITNESSES, >> 4 the class k of its age, up to 2**k / 16 s; 0: this "
       "frame. View (ny, nx); None: ground.model is plane.");
   result.def_prop_ro(
+      "world_elevation_m", [](nb::handle self) { return view_unless_empty(data_of(self).world_elevation_m, self); },
+      "Above the ground plane over all frames, in the cells of `world`; NaN = never seen. None: ground.model is "
+      "plane.");
+  result.def_prop_ro(
+      "world_elevation_sigma_m",
+      [](nb::handle self) { return view_unless_empty(data_of(self).world_elevation_sigma_m, self); },
+      "Standard deviation of that elevation; NaN = never seen.");
+  result.def_prop_ro(
+      "world_terrain", [](nb::handle self) { return bytes_of(data_of(self).world_terrain, self); },
+      "Class of the ground over time, in the cells of `world`: obstacles and drops of all frames, and ground with a "
+      "witness. None: ground.model is plane.");
+  result.def_prop_ro(
       "world", [](const Result& self) -> const GridLayers& { return self.data.world; },
       nb::rv_policy::reference_internal, "The filtered grid in the world frame; its origin moves in whole cells.");
   result.def_prop_ro(

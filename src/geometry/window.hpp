@@ -56,13 +56,13 @@ inline Scroll scroll_between(const GridGeometry& before, const GridGeometry& now
           clamped_to_int(std::round((now.y_min_m - before.y_min_m) / now.cell_size_m))};
 }
 
-/// Moves the cells of a window; new ones are T{}. `working`: an image of the same size.
+/// Moves the cells of a window; new ones are `fresh`. `working`: an image of the same size.
 template <class T>
-void scroll_cells(Scroll scroll, Image<T>& cells, Image<T>& working) {
+void scroll_cells(Scroll scroll, Image<T>& cells, Image<T>& working, const T& fresh = {}) {
   if (scroll.x == 0 && scroll.y == 0) return;
   const int x{std::clamp(scroll.x, -cells.width(), cells.width())};
   const int y{std::clamp(scroll.y, -cells.height(), cells.height())};
-  working.fill({});
+  working.fill(fresh);
   const int first{std::max(-x, 0)};
   for (int iy{std::max(-y, 0)}; iy < std::min(cells.height() - y, cells.height()); ++iy)
     std::copy_n(cells.row(iy + y) + first + x, cells.width() - std::abs(x), working.row(iy) + first);

@@ -50,10 +50,9 @@ void make_room(const Config& config, const std::vector<double>& horizons_s, Fram
   const int window_cells{Window{vehicle}.cells()};
   make_room(vehicle.nx, vehicle.ny, result.observed);
   if (config.ground.model == GroundModel::terrain) {
-    for (Image<float>* image : {&result.elevation_m, &result.elevation_sigma_m})
-      make_room(vehicle.nx, vehicle.ny, *image);
-    make_room(vehicle.nx, vehicle.ny, result.terrain);
-    make_room(vehicle.nx, vehicle.ny, result.witness);
+    const auto resize = [](int nx, int ny, auto&... images) { (make_room(nx, ny, images), ...); };
+    resize(vehicle.nx, vehicle.ny, result.elevation_m, result.elevation_sigma_m, result.terrain, result.witness);
+    resize(window_cells, window_cells, result.world_elevation_m, result.world_elevation_sigma_m, result.world_terrain);
   }
   make_room(vehicle, result.vehicle);
   make_room({0, 0, config.grid.cell_size_m, window_cells, window_cells}, result.world);
@@ -100,7 +99,8 @@ std::size_t memory_bytes(const StageImages& stages) {
 
 std::size_t memory_bytes(const FrameResult& result) {
   std::size_t bytes{memory_bytes_of(result.observed, result.elevation_m, result.elevation_sigma_m, result.terrain,
-                                    result.witness, result.vehicle, result.world, result.obstacles, result.stages,
+                                    result.witness, result.world_elevation_m, result.world_elevation_sigma_m,
+                                    result.world_terrain, result.vehicle, result.world, result.obstacles, result.stages,
                                     result.status)};
   bytes += result.predictions.capacity() * sizeof(Prediction);
   for (const Prediction& one : result.predictions) bytes += memory_bytes_of(one.occupancy, one.world_occupancy);

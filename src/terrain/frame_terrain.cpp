@@ -134,6 +134,7 @@ FrameTerrain::FrameTerrain(const Rig& level_rig, const Config& config, const Gri
                config.matching.window_px},
       low_obstacles_{level_rig, limits_of(config), config.grid.cell_size_m, window_cells, config.matching.window_px},
       witness_{config.vehicle.ground_memory_s, window_cells},
+      elevation_{config.grid.cell_size_m, window_cells},
       vehicle_rules_{vehicle_grid.nx, vehicle_grid.ny},
       window_rules_{window_cells, window_cells},
       held_{window_cells, window_cells},
@@ -167,9 +168,11 @@ void FrameTerrain::mark_low_obstacles(const GridInVehicle& window, FrameResult& 
 
 void FrameTerrain::write_window(const GridInVehicle& grid, int begin, int end) {
   fill_rows(window_rules_, begin, end, CellRule::ground_not_seen);
+  for (int iy{begin}; iy < end; ++iy) elevation_.begin_row(iy);
   terrain_.visit(grid, begin, end, [&](int ix, int iy, float x_m, const Terrain::RingPart& part) {
-    const bool is_raised{part.wide_m > raised_m_ && terrain_.ground_at(x_m, part).raised_m > raised_m_};
-    window_rules_(ix, iy) = rule_of(part.kind, is_raised);
+    const CellGround ground{terrain_.ground_at(x_m, part)};
+    window_rules_(ix, iy) = rule_of(ground.kind, ground.raised_m > raised_m_);
+    elevation_.see(ix, iy, ground.elevation_m, ground.sigma_m);
   });
 }
 
@@ -188,6 +191,7 @@ void FrameTerrain::move(const TerrainPlace& place) {
   scroll_cells(scroll, held_, moved_);
   low_obstacles_.move(scroll);
   witness_.move(scroll, place.dt_s);
+  elevation_.move(scroll);
 }
 
 // Cells without ground keep their hazard. Hidden cells are none: some of them are seen to be ground from nearer by.
@@ -216,6 +220,7 @@ void FrameTerrain::bound_filtered(bool is_usable, const std::function<bool(Point
   if (is_usable) see_ground();
   if (claims_free) see_claims(claims_free);
   for (int iy{0}; iy < window_rules_.height(); ++iy) witness_.bound(iy, result.world.occupancy.row(iy));
+  remember_elevation(is_usable, result);
   limit_speed(is_usable, result);
 }
 
@@ -257,6 +262,20 @@ void FrameTerrain::see_ground() {
     });
   }
   low_obstacles_.for_high([&](int x, int y) { witness_.drop(y, x, x + 1); });
+}
+
+void FrameTerrain::remember_elevation(bool is_usable, FrameResult& result) {
+  if (is_usable) elevation_.add();
+  elevation_.write(result.world_elevation_m, result.world_elevation_sigma_m);
+  for (int iy{0}; iy < held_.height(); ++iy) {
+    TerrainClass* const classes{result.world_terrain.row(iy)};
+    witness_.classify(iy, classes);
+    for_cells(held_.row(iy), held_.width(), [&](int begin, int end, CellRule rule) {
+      if (rule == CellRule::as_observed) return;
+      std::fill(classes + begin, classes + end, rule == CellRule::edge ? TerrainClass::drop : TerrainClass::obstacle);
+    });
+  }
+  low_obstacles_.for_obstacles([&](int x, int y) { result.world_terrain(x, y) = TerrainClass::obstacle; });
 }
 
 void FrameTerrain::see_claims(const std::function<bool(Point2)>& claims_free) {

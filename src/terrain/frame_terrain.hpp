@@ -9,6 +9,7 @@
 #include "memory_bytes.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/result.hpp"
+#include "terrain/elevation_memory.hpp"
 #include "terrain/ground_witness.hpp"
 #include "terrain/low_obstacles.hpp"
 #include "terrain/rules.hpp"
@@ -49,14 +50,15 @@ class FrameTerrain {
   /// Raises the filtered occupancy where the last find() has seen edges, obstacles, or nothing behind an edge, and
   /// where a frame before has seen an edge or obstacle and none since ground, or several have seen a low obstacle.
   /// `is_usable`: false: the last find() is ignored.
-  /// Cells below ½ without a witness become unknown. `claims_free`: whether another source has seen a place of the
-  /// vehicle frame as free; empty: there is none.
+  /// Cells below ½ without a witness become unknown. Sets the elevations and classes over time. `claims_free`: whether
+  /// another source has seen a place of the vehicle frame as free; empty: there is none.
   void bound_filtered(bool is_usable, const std::function<bool(Point2)>& claims_free, FrameResult& result);
   /// Clears the hazards of frames before.
   void reset() {
     held_.fill(CellRule::as_observed);
     low_obstacles_.reset();
     witness_.reset();
+    elevation_.reset();
   }
   /// Marks all cells of `result` as unseen.
   static void clear(FrameResult& result);
@@ -64,10 +66,11 @@ class FrameTerrain {
   [[nodiscard]] TerrainRules rules() const { return {terrain_.relief(), vehicle_rules_.view(), window_rules_.view()}; }
   template <class State>
   void exchange(State& state) {
-    state(held_, held_x_m_, held_y_m_, low_obstacles_, witness_);
+    state(held_, held_x_m_, held_y_m_, low_obstacles_, witness_, elevation_);
   }
   [[nodiscard]] std::size_t memory_bytes() const {
-    return memory_bytes_of(terrain_, low_obstacles_, witness_, edges_, vehicle_rules_, window_rules_, held_, moved_);
+    return memory_bytes_of(terrain_, low_obstacles_, witness_, elevation_, edges_, vehicle_rules_, window_rules_, held_,
+                           moved_);
   }
 
  private:
@@ -80,6 +83,7 @@ class FrameTerrain {
   void limit_speed(bool is_usable, FrameResult& result) const;
   void drop_witnesses();
   void see_ground();
+  void remember_elevation(bool is_usable, FrameResult& result);
   void see_claims(const std::function<bool(Point2)>& claims_free);
   [[nodiscard]] CellWitness witness_of(CellRule rule, CellIndex window_cell) const;
   void bound_vehicle(bool is_usable, const std::function<bool(Point2)>& claims_free, FrameResult& result) const;
@@ -91,6 +95,7 @@ class FrameTerrain {
   Terrain terrain_;
   LowObstacles low_obstacles_;
   GroundWitness witness_;
+  ElevationMemory elevation_;
   TerrainPlace place_{};  ///< place of the last find()
   std::vector<EdgePoint> edges_;
   Image<CellRule> vehicle_rules_;

@@ -130,6 +130,8 @@ TEST(StoredFrames, AreTheResultsThatWroteThem) {
     EXPECT_EQ(read.world.velocity_y, made.world.velocity_y);
     EXPECT_EQ(read.world.age_s, made.world.age_s);
     EXPECT_EQ(read.elevation_m.size(), made.elevation_m.size());
+    EXPECT_EQ(read.world_elevation_m.size(), made.world_elevation_m.size());
+    EXPECT_EQ(read.world_terrain, made.world_terrain);
     EXPECT_EQ(read.obstacles.size(), made.obstacles.size());
   }
 }

@@ -118,17 +118,19 @@ TEST(OccupancyGridMessage, ForPlanningHasTheHighestOfPresentAndPredictions) {
   for (std::size_t i{0}; i < cases.size(); ++i) EXPECT_EQ(grid.data[i], cases[i].expected) << i;
 }
 
-/// A vehicle that has turned to the left, with an elevation in one cell of its grid.
+/// A vehicle that has turned to the left, with an elevation, class and witness in one cell.
 FrameResult raised_result() {
   FrameResult result{small_result()};
   result.world_from_vehicle = {0.5, 1, std::numbers::pi / 2};
-  for (Image<float>* const layer : {&result.elevation_m, &result.elevation_sigma_m}) {
-    *layer = Image<float>{8, 6, std::numeric_limits<float>::quiet_NaN()};
+  for (Image<float>* const layer : {&result.world_elevation_m, &result.world_elevation_sigma_m}) {
+    *layer = Image<float>{5, 4, std::numeric_limits<float>::quiet_NaN()};
   }
+  result.world_terrain = Image<TerrainClass>{5, 4};
   // cell (4, 3) of the vehicle's grid: 2.25 m ahead, 0.25 m to the left; (0.25, 3.25) in the world: cell (2, 2)
-  result.elevation_m(4, 3) = -0.125f;
-  result.elevation_sigma_m(4, 3) = 0.03125f;
-  result.witness = Image<CellWitness>{result.elevation_m.width(), result.elevation_m.height()};
+  result.world_elevation_m(2, 2) = -0.125f;
+  result.world_elevation_sigma_m(2, 2) = 0.03125f;
+  result.world_terrain(2, 2) = TerrainClass::drop;
+  result.witness = Image<CellWitness>{8, 6};
   result.witness(4, 3) = CellWitness::of(Witness::memory, 0.9f);
   return result;
 }
@@ -141,7 +143,7 @@ TEST(OccupancyGridMessage, OfNoPipelineIsRefused) {
   result.world.moving = Image<float>{5, 3};
   EXPECT_THROW(messages.send(result, {}), InputError);
   result = raised_result();
-  result.elevation_sigma_m = {};
+  result.world_elevation_sigma_m = {};
   EXPECT_THROW(messages.send(result, {}), InputError);
   EXPECT_TRUE(recorder.sent.empty());
 }
@@ -203,11 +205,11 @@ TEST(GridMapMessage, HasItsLayersAndNoNumbersWhereNothingWasSeen) {
   }
 }
 
-TEST(GridMapMessage, HasElevationsOfThisFrameInTheWorldsCells) {
+TEST(GridMapMessage, HasElevationsClassesAndWitnesses) {
   const FrameResult result{raised_result()};
   const auto map{sent_on<grid_map_msgs::GridMap>("/stereo_grid/grid_map", result)};
   EXPECT_THAT(map.layers, testing::ElementsAre("occupancy", "velocity_x", "velocity_y", "moving", "age", "elevation",
-                                               "elevation_sigma", "witness"));
+                                               "elevation_sigma", "terrain", "witness"));
   const GridMapReader reader{map};
   for (std::uint32_t row{0}; row < 5; ++row) {
     for (std::uint32_t column{0}; column < 4; ++column) {
@@ -216,7 +218,8 @@ TEST(GridMapMessage, HasElevationsOfThisFrameInTheWorldsCells) {
       EXPECT_EQ(std::isnan(reader.at(5, row, column)), !is_raised);
       EXPECT_EQ(std::isnan(reader.at(6, row, column)), !is_raised);
       EXPECT_TRUE(std::isnan(reader.at(0, row, column)));  // not observed by the filter
-      EXPECT_EQ(reader.at(7, row, column), is_raised ? 0x43 : 0);
+      EXPECT_EQ(reader.at(7, row, column), is_raised ? 3 : 0);
+      EXPECT_EQ(reader.at(8, row, column), is_raised ? 0x43 : 0);
       if (!is_raised) continue;
       EXPECT_EQ(reader.at(5, row, column), -0.125f);
       EXPECT_EQ(reader.at(6, row, column), 0.03125f);
@@ -260,16 +263,16 @@ TEST(PackedGridMessage, HasEachLayerOfEachCell) {
 
 TEST(PackedGridMessage, HasElevationsIfTheResultHasThem) {
   FrameResult result{raised_result()};
-  result.elevation_m(7, 0) = 500;  // 3.75 m ahead, outside the world's grid
-  result.elevation_m(4, 4) = 500;  // cell (1, 2)
+  result.world_elevation_m(1, 2) = 500;
   const auto grid{sent_on<foxglove_msgs::Grid>("/stereo_grid/packed_grid", result)};
-  EXPECT_EQ(grid.cell_stride, 10u);
-  EXPECT_EQ(grid.data.size(), 4u * 5u * 10u);
+  EXPECT_EQ(grid.cell_stride, 11u);
+  EXPECT_EQ(grid.data.size(), 4u * 5u * 11u);
   for (std::size_t iy{0}; iy < 4; ++iy) {
     for (std::size_t ix{0}; ix < 5; ++ix) {
       const bool is_high{iy == 2 && ix == 1};
       EXPECT_EQ(packed(grid, "elevation_cm", ix, iy), iy == 2 && ix == 2 ? -13 : is_high ? 32767 : -32768);
       EXPECT_EQ(packed(grid, "witness", ix, iy), iy == 2 && ix == 2 ? 0x43 : 0);
+      EXPECT_EQ(packed(grid, "terrain", ix, iy), iy == 2 && ix == 2 ? 3 : 0);
       EXPECT_EQ(packed(grid, "age_ds", ix, iy), 255);
     }
   }

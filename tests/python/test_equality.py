@@ -45,6 +45,9 @@ def check_arrays(result: sg.FrameResult, arrays: Any) -> None:
         "velocity_covariance",
         "elevation_m",
         "terrain",
+        "world_elevation_m",
+        "world_elevation_sigma_m",
+        "world_terrain",
     ):
         if name in arrays:
             np.testing.assert_array_equal(getattr(result, name), arrays[name], strict=True)

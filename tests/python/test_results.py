@@ -56,6 +56,8 @@ def test_terrain(frames: list[sg.Frame], scene: sg.Recording) -> None:
     assert result.elevation_m is not None and result.terrain is not None
     assert result.elevation_m.shape == result.terrain.shape == result.grid.shape
     assert result.terrain.max() < len(sg.TERRAIN_CLASSES)
+    assert result.world_elevation_m is not None and result.world_terrain is not None and flat.world_terrain is None
+    assert result.world_elevation_m.shape == result.world_terrain.shape == result.world.occupancy.shape
     assert result.witness is not None
     kinds = np.array(sg.WITNESSES)[result.witness & 15]
     assert set(kinds[result.terrain == sg.TERRAIN_CLASSES.index("drivable")]) == {"ground"}
@@ -200,7 +202,7 @@ def test_results_and_frames_are_pickled(scene: sg.Recording, frames: list[sg.Fra
     for frame in frames:
         result = pipeline.process(frame)
     copy = pickle.loads(pickle.dumps(result))
-    for name in ("occupancy", "observed", "velocity", "velocity_covariance", "age_s", "elevation_m", "terrain"):
+    for name in ("occupancy", "observed", "velocity", "velocity_covariance", "age_s", "elevation_m", "terrain", "world_elevation_m"):
         np.testing.assert_array_equal(getattr(copy, name), getattr(result, name), name)
     np.testing.assert_array_equal(copy.world.occupancy, result.world.occupancy)
     np.testing.assert_array_equal(copy.stages.visible, result.stages.visible)

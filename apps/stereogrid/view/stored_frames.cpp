@@ -36,13 +36,13 @@ Image<float> layer_of(const Arrays& arrays, const std::string& name, int layer, 
   return image;
 }
 
-// Runs of older versions have none.
-Image<CellWitness> witness_of(const Arrays& arrays, const GridGeometry& grid) {
-  const Image<float> bytes{layer_of(arrays, "witness", 0, grid, 0)};
-  Image<CellWitness> witness{grid.nx, grid.ny};
-  std::ranges::transform(bytes, witness.begin(),
-                         [](float byte) { return CellWitness{static_cast<std::uint8_t>(byte)}; });
-  return witness;
+// Runs of older versions have none: 0.
+template <class Byte>
+Image<Byte> bytes_of(const Arrays& arrays, const std::string& name, const GridGeometry& grid) {
+  const Image<float> numbers{layer_of(arrays, name, 0, grid, 0)};
+  Image<Byte> bytes{grid.nx, grid.ny};
+  std::ranges::transform(numbers, bytes.begin(), [](float number) { return Byte{static_cast<std::uint8_t>(number)}; });
+  return bytes;
 }
 
 GridLayers layers_of(const Arrays& arrays, const std::string& prefix, const GridGeometry& grid) {
@@ -169,10 +169,16 @@ FrameResult stored_result(const io::RunReader& run, const io::RunFrame& frame) {
   if (arrays.contains("elevation_m") && arrays.contains("elevation_sigma_m")) {
     result.elevation_m = layer_of(arrays, "elevation_m", 0, run.grid(), 0);
     result.elevation_sigma_m = layer_of(arrays, "elevation_sigma_m", 0, run.grid(), 0);
-    result.witness = witness_of(arrays, run.grid());
+    result.witness = bytes_of<CellWitness>(arrays, "witness", run.grid());
   }
   if (arrays.contains("world_occupancy")) {
     result.world = layers_of(arrays, "world_", run.world_grid(frame.name).geometry);
+    if (arrays.contains("world_elevation_m") && arrays.contains("world_elevation_sigma_m")) {
+      const GridGeometry& grid{result.world.geometry};
+      result.world_elevation_m = layer_of(arrays, "world_elevation_m", 0, grid, 0);
+      result.world_elevation_sigma_m = layer_of(arrays, "world_elevation_sigma_m", 0, grid, 0);
+      result.world_terrain = bytes_of<TerrainClass>(arrays, "world_terrain", grid);
+    }
   } else {
     result.world = sampled(result.vehicle, result.world_from_vehicle);
   }

@@ -49,9 +49,10 @@ std::span<const std::uint8_t> bytes_of(const Image<Byte>& image) {
   return {reinterpret_cast<const std::uint8_t*>(image.data()), image.size()};
 }
 
-constexpr std::array<ByteArray, 2> byte_arrays{{
+constexpr std::array<ByteArray, 3> byte_arrays{{
     {"terrain", [](const FrameResult& r) { return bytes_of(r.terrain); }},
     {"witness", [](const FrameResult& r) { return bytes_of(r.witness); }},
+    {"world_terrain", [](const FrameResult& r) { return bytes_of(r.world_terrain); }},
 }};
 
 constexpr const char* of_world{"world_"};
@@ -63,7 +64,7 @@ Layers covariance_of(const GridLayers& grid) {
   return {grid.velocity_xx, grid.velocity_xy, grid.velocity_yy};
 }
 
-const std::array<GridArray, 13> all_arrays{{
+const std::array<GridArray, 15> all_arrays{{
     {"observed", of_one, [](const FrameResult& r) { return Layers{r.observed}; }},
     {"elevation_m", 0, [](const FrameResult& r) { return Layers{r.elevation_m}; }},
     {"elevation_sigma_m", 0, [](const FrameResult& r) { return Layers{r.elevation_sigma_m}; }},
@@ -82,6 +83,8 @@ const std::array<GridArray, 13> all_arrays{{
      [](const FrameResult& r) {
        return Layers{r.world.velocity_x, r.world.velocity_y};
      }},
+    {"world_elevation_m", 0, [](const FrameResult& r) { return Layers{r.world_elevation_m}; }},
+    {"world_elevation_sigma_m", 0, [](const FrameResult& r) { return Layers{r.world_elevation_sigma_m}; }},
     {"world_velocity_covariance", 0, [](const FrameResult& r) { return covariance_of(r.world); }},
 }};
 
@@ -130,7 +133,8 @@ void write_grids(const std::filesystem::path& path, const FrameResult& result, c
   for (const ByteArray& array : byte_arrays) {
     const std::span<const std::uint8_t> cells{array.cells(result)};
     if (cells.empty() || !is_among(layers, array.name)) continue;  // likewise
-    const GridGeometry& grid{result.vehicle.geometry};
+    const bool is_of_world{std::string_view{array.name}.starts_with(of_world)};
+    const GridGeometry& grid{is_of_world ? result.world.geometry : result.vehicle.geometry};
     arrays.push_back({array.name, {static_cast<std::size_t>(grid.ny), static_cast<std::size_t>(grid.nx)}, cells});
   }
   const std::vector<double> origin{result.world.geometry.x_min_m, result.world.geometry.y_min_m};

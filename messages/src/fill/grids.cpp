@@ -56,22 +56,24 @@ void for_world_cells(const FrameResult& result, const Image<T>& vehicle_layer, T
   }
 }
 
-// A cell of a packed grid, byte by byte. The last two fields are left out of results without elevation.
+// A cell of a packed grid, byte by byte. The last three fields are left out of results without elevation.
 constexpr std::size_t elevation_offset{7};
 constexpr std::size_t witness_offset{9};
+constexpr std::size_t terrain_offset{10};
 struct PackedField {
   const char* name;
   std::uint8_t type;
   std::uint32_t offset;
 };
-constexpr std::array<PackedField, 7> packed_fields{
+constexpr std::array<PackedField, 8> packed_fields{
     {{"occupancy_255ths", foxglove_msgs::PackedElementField::type_uint8, 0},
      {"moving_255ths", foxglove_msgs::PackedElementField::type_uint8, 1},
      {"velocity_x_cm_s", foxglove_msgs::PackedElementField::type_int16, 2},
      {"velocity_y_cm_s", foxglove_msgs::PackedElementField::type_int16, 4},
      {"age_ds", foxglove_msgs::PackedElementField::type_uint8, 6},
      {"elevation_cm", foxglove_msgs::PackedElementField::type_int16, elevation_offset},
-     {"witness", foxglove_msgs::PackedElementField::type_uint8, witness_offset}}};
+     {"witness", foxglove_msgs::PackedElementField::type_uint8, witness_offset},
+     {"terrain", foxglove_msgs::PackedElementField::type_uint8, terrain_offset}}};
 constexpr std::uint8_t never_observed{255};
 
 int rounded(float value) {
@@ -140,12 +142,12 @@ void fill(grid_map_msgs::GridMap& message, const FrameResult& result) {
                                        {"velocity_y", &grid.velocity_y},
                                        {"moving", &grid.moving},
                                        {"age", &grid.age_s}}};
-  const std::array<Layer, 2> observed{
-      {{"elevation", &result.elevation_m}, {"elevation_sigma", &result.elevation_sigma_m}}};
+  const std::array<Layer, 2> elevations{
+      {{"elevation", &result.world_elevation_m}, {"elevation_sigma", &result.world_elevation_sigma_m}}};
   message.basic_layers.resize(1);
   message.basic_layers.front() = "occupancy";
-  const std::size_t layers{filtered.size() + (result.elevation_m.empty() ? 0 : observed.size()) +
-                           (result.witness.empty() ? 0 : 1)};
+  const std::size_t layers{filtered.size() + (result.world_elevation_m.empty() ? 0 : elevations.size()) +
+                           (result.world_terrain.empty() ? 0 : 1) + (result.witness.empty() ? 0 : 1)};
   message.layers.resize(layers);
   message.data.resize(layers);
   std::size_t done{0};
@@ -161,11 +163,12 @@ void fill(grid_map_msgs::GridMap& message, const FrameResult& result) {
     std::transform(layer.cells->begin(), layer.cells->end(), grid.age_s.begin(), cells_of_next(layer.name).rbegin(),
                    [](float cell, float age_s) { return std::isinf(age_s) ? not_a_number : cell; });
   }
-  for (const Layer& layer : observed) {
-    if (layer.cells->empty()) continue;
-    std::vector<float>& cells{cells_of_next(layer.name)};
-    for_world_cells(result, *layer.cells, not_a_number,
-                    [&](std::size_t i, float value) { cells[cells.size() - 1 - i] = value; });
+  for (const Layer& layer : elevations) {
+    if (!layer.cells->empty()) std::ranges::copy(*layer.cells, cells_of_next(layer.name).rbegin());
+  }
+  if (!result.world_terrain.empty()) {
+    std::ranges::transform(result.world_terrain, cells_of_next("terrain").rbegin(),
+                           [](TerrainClass kind) { return static_cast<float>(kind); });
   }
   if (result.witness.empty()) return;
   std::vector<float>& witnesses{cells_of_next("witness")};
@@ -177,14 +180,14 @@ void fill(grid_map_msgs::GridMap& message, const FrameResult& result) {
 void fill(foxglove_msgs::Grid& message, const FrameResult& result) {
   const GridLayers& grid{result.world};
   const GridGeometry& geometry{grid.geometry};
-  const bool has_elevation{!result.elevation_m.empty()};
-  const std::size_t packed_bytes{has_elevation ? witness_offset + 1 : elevation_offset};
+  const bool has_elevation{!result.world_elevation_m.empty()};
+  const std::size_t packed_bytes{has_elevation ? terrain_offset + 1 : elevation_offset};
   message.pose.position = {geometry.x_min_m, geometry.y_min_m, 0};
   message.column_count = static_cast<std::uint32_t>(geometry.nx);
   message.cell_size = {geometry.cell_size_m, geometry.cell_size_m};
   message.cell_stride = static_cast<std::uint32_t>(packed_bytes);
   message.row_stride = message.column_count * message.cell_stride;
-  message.fields.resize(packed_fields.size() - (has_elevation ? 0 : 2));
+  message.fields.resize(packed_fields.size() - (has_elevation ? 0 : 3));
   for (std::size_t i{0}; i < message.fields.size(); ++i) {
     message.fields[i].name = packed_fields[i].name;
     message.fields[i].offset = packed_fields[i].offset;
@@ -201,9 +204,11 @@ void fill(foxglove_msgs::Grid& message, const FrameResult& result) {
     cell[6] = packed_age(grid.age_s.data()[i]);
   }
   if (!has_elevation) return;
-  for_world_cells(result, result.elevation_m, not_a_number, [&](std::size_t i, float value) {
-    pack_hundredths(value, message.data.data() + packed_bytes * i + elevation_offset);
-  });
+  for (std::size_t i{0}; i < cells; ++i) {
+    std::uint8_t* const cell{message.data.data() + packed_bytes * i};
+    pack_hundredths(result.world_elevation_m.data()[i], cell + elevation_offset);
+    cell[terrain_offset] = static_cast<std::uint8_t>(result.world_terrain.data()[i]);
+  }
   if (result.witness.empty()) return;
   for_world_cells(result, result.witness, {}, [&](std::size_t i, CellWitness witness) {
     message.data[packed_bytes * i + witness_offset] = witness.byte;

@@ -154,16 +154,18 @@ TEST_F(RunFiles, GridsHaveTheirShapes) {
   const auto world{json["world_grid"]["nx"].get<std::size_t>()};
   ASSERT_EQ(json["world_grid"]["ny"], world);
   const Arrays arrays{io::read_npz(run() / "grids" / "000002.npz")};
-  EXPECT_EQ(
-      names_of(arrays),
-      (std::set<std::string>{"observed", "elevation_m", "elevation_sigma_m", "terrain", "witness", "occupancy",
-                             "moving", "age_s", "velocity", "velocity_covariance", "world_occupancy", "world_moving",
-                             "world_velocity", "world_velocity_covariance", "world_age_s", "world_origin"}));
+  EXPECT_EQ(names_of(arrays),
+            (std::set<std::string>{"observed", "elevation_m", "elevation_sigma_m", "terrain", "witness", "occupancy",
+                                   "moving", "age_s", "velocity", "velocity_covariance", "world_occupancy",
+                                   "world_moving", "world_velocity", "world_velocity_covariance", "world_age_s",
+                                   "world_elevation_m", "world_elevation_sigma_m", "world_terrain", "world_origin"}));
   for (const char* name : {"observed", "occupancy", "age_s"}) {
     expect_array(arrays, name, io::DType::float32, {100, 80});
   }
   expect_array(arrays, "velocity", io::DType::float32, {2, 100, 80});
   expect_array(arrays, "world_occupancy", io::DType::float32, {world, world});
+  expect_array(arrays, "world_elevation_m", io::DType::float32, {world, world});
+  expect_array(arrays, "world_terrain", io::DType::uint8, {world, world});
   expect_array(arrays, "world_age_s", io::DType::float32, {world, world});
   expect_array(arrays, "world_velocity", io::DType::float32, {2, world, world});
   expect_array(arrays, "moving", io::DType::float32, {100, 80});

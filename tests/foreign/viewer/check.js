@@ -105,7 +105,7 @@ async function checkPlayer(browser, address) {
 
 async function checkLayers(page) {
   const values = await page.locator("#layer option").evaluateAll((options) => options.map((option) => option.value));
-  assert.deepStrictEqual(values, ["occupancy", "observed", "0_5", "velocity", "moving", "age", "elevation", "witness"]);
+  assert.deepStrictEqual(values, ["occupancy", "observed", "0_5", "velocity", "moving", "age", "elevation", "terrain", "witness"]);
   const seen = new Set();
   for (const value of values) {
     await page.locator("#layer").selectOption(value);
@@ -146,7 +146,7 @@ async function checkExport(browser) {
   const served = await opened(browser, `${address}#frame=16`);
   const { page, faults } = await opened(browser, `file://${folder}/web/index.html#frame=16`);
   const looks = await layersAfter(page, 16);
-  assert.deepStrictEqual(Object.keys(looks), ["occupancy", "observed", "velocity", "moving", "age", "elevation", "witness"]);
+  assert.deepStrictEqual(Object.keys(looks), ["occupancy", "observed", "velocity", "moving", "age", "elevation", "terrain", "witness"]);
   assert.deepStrictEqual(looks, await layersAfter(served.page, 16));
   await page.screenshot({ path: `${folder}/export.png` });
   await page.locator("#speed").selectOption("5");
