@@ -284,7 +284,8 @@ struct TrackingConfig {
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
-    visit({"confirm_frames", "frames", 1, 50, "Sightings before an obstacle counts as confirmed."},
+    visit({"confirm_frames", "frames", 1, 50,
+           "Sightings before an obstacle of fewer than 300 matched pixels counts as confirmed."},
           self.confirm_frames);
     visit({"coast_s", "s", 0, 10, "Time for which an unobserved track is predicted before it ends."}, self.coast_s);
   }

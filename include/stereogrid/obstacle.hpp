@@ -72,7 +72,8 @@ struct Obstacle {
   double yaw_rad{0};                ///< heading of the motion, or of the longer side if static
   double occupancy{0};              ///< mean P(occupied) of its cells
   double age_s{0};                  ///< time since the first observation
-  bool confirmed{false};            ///< observed in tracking.confirm_frames frames, and not beside the vehicle grid
+  bool confirmed{false};            ///< observed in tracking.confirm_frames frames, or with 300 pixels in all, and not
+                                    ///< beside the vehicle grid
   bool moving{false};               ///< faster than 1 m/s; its velocity is 0 until several frames have shown motion
   bool coasting{false};             ///< not observed in this frame: predicted
   double unseen_s{0};               ///< time since the last observation

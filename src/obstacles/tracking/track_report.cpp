@@ -37,7 +37,7 @@ void Tracker::report(const Pose2& world_from_vehicle, const GridGeometry& vehicl
   for (const Track& track : tracks_) {
     if (track.is_merged) continue;
     Obstacle obstacle{obstacle_of(track, vehicle_from_world)};
-    obstacle.confirmed = track.sightings >= config_.confirm_frames && bounds_of(obstacle.outline).gap_to(grid, {}) == 0;
+    obstacle.confirmed = is_certain(track) && bounds_of(obstacle.outline).gap_to(grid, {}) == 0;
     obstacles.push_back(obstacle);
   }
 }

@@ -171,7 +171,7 @@ void Tracker::begin_track(const Cluster& cluster, const Pose2& camera) {
 }
 
 bool Tracker::is_certain(const Track& track) const {
-  return track.sightings >= config_.confirm_frames || track.pixels >= surely_seen_px;
+  return track.sightings >= config_.confirm_frames || (track.sightings > 0 && track.pixels >= surely_seen_px);
 }
 
 bool Tracker::is_certain(std::int64_t id) const {

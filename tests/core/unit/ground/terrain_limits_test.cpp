@@ -103,6 +103,9 @@ struct FrameOf {
     result.terrain = Image<TerrainClass>{grid.nx, grid.ny};
     result.witness = Image<CellWitness>{grid.nx, grid.ny};
     result.observed = Image<float>{grid.nx, grid.ny};
+    const int cells{window.cells()};
+    result.world_elevation_m = result.world_elevation_sigma_m = Image<float>{cells, cells};
+    result.world_terrain = Image<TerrainClass>{cells, cells};
     see(disparity_of(vehicle.rig, height));
   }
   void see(const Image<float>& disparity, double dt_s = 0.1) {
@@ -200,6 +203,9 @@ TEST(Terrain, ALowObstacleIsRemembered) {
     frame.see(Image<float>{frame.vehicle.rig.width_px, frame.vehicle.rig.height_px});
     EXPECT_EQ(frame.filtered_at(3.0), 0.7f) << "unseen for frames: " << i;
   }
+  const CellIndex cell{*frame.result.world.geometry.cell_at({4.1, 0.1})};
+  EXPECT_EQ(frame.result.world_terrain(cell.ix, cell.iy), TerrainClass::obstacle);
+  EXPECT_NEAR(frame.result.world_elevation_m(cell.ix - 5, cell.iy), 0, 0.05f);
 }
 
 // A patch of wrong matches hangs over level ground: as high as the stone, but smaller.

@@ -33,17 +33,24 @@ TEST(Tracker, FollowsAMovingBlob) {
   EXPECT_LT(last.velocity_covariance.xx, 1);
 }
 
-TEST(Tracker, LargeBlobsAreConfirmedByFramesToo) {
+TEST(Tracker, LargeBlobsAreConfirmedAtOnceIfSure) {
   TrackedBlobs run;
   Cluster large{blob_at(3, 0)};
   large.pixels = 4000;
+  Cluster unsure{blob_at(7, -2)};
+  unsure.pixels = 4000;
+  unsure.is_sure = false;
   for (int step{0}; step < 3; ++step) {
-    run.update({large, blob_at(5, 2)}, 0.1);
-    EXPECT_EQ(run.report().at(0).confirmed, step == 2) << step;
-    EXPECT_TRUE(run.tracker.is_certain(1)) << step;
-    EXPECT_EQ(run.tracker.is_certain(2), step == 2) << step;
+    run.update({large, blob_at(5, 2), unsure}, 0.1);
+    const auto expect = [&](std::size_t blob, bool is_certain) {
+      EXPECT_EQ(run.report().at(blob).confirmed, is_certain) << blob << ", frame " << step;
+      EXPECT_EQ(run.tracker.is_certain(static_cast<std::int64_t>(blob) + 1), is_certain) << blob << ", frame " << step;
+    };
+    expect(0, true);
+    expect(1, step == 2);
+    expect(2, false);
   }
-  EXPECT_FALSE(run.tracker.is_certain(3));
+  EXPECT_FALSE(run.tracker.is_certain(4));
 }
 
 TEST(Tracker, OneFrameConfirmsIfSet) {
