@@ -95,6 +95,14 @@ std::string points_layer(const Rig& rig, const GridGeometry& grid, const Nav2Opt
          line(10, "clear_after_reading", "true");
 }
 
+std::string own_layer(const Nav2Options& options) {
+  std::string text{"      stereo_grid:\n" + line(8, "plugin", "stereogrid_nav2::GridLayer") +
+                   line(8, "topic", "/" + options.node + "/occupancy_grid")};
+  if (options.has_predictions) text += line(8, "prediction_topic", "/" + options.node + "/planning_grid");
+  return text + "        # Values of the scale nav2; those of percent are 35 and 65.\n" +
+         line(8, "free_threshold", "0") + line(8, "lethal_threshold", "100") + line(8, "timeout", "1.0");
+}
+
 }  // namespace
 
 std::string nav2_local_costmap(const Rig& rig, const GridGeometry& grid, const Nav2Options& options) {
@@ -118,6 +126,7 @@ std::string nav2_local_costmap(const Rig& rig, const GridGeometry& grid, const N
   if (options.source == Nav2Source::grid) text += grid_layer(options);
   if (options.source == Nav2Source::scan) text += scan_layer(rig, grid, options);
   if (options.source == Nav2Source::points) text += points_layer(rig, grid, options);
+  if (options.source == Nav2Source::layer) text += own_layer(options);
   return text + "      inflation:\n" + line(8, "plugin", "nav2_costmap_2d::InflationLayer") +
          "        # Those of the robot.\n" + line(8, "inflation_radius", "0.6") + line(8, "cost_scaling_factor", "3.0");
 }

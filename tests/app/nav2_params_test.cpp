@@ -28,6 +28,8 @@ TEST(Nav2Params, OfARunTakeNoSettings) {
   const TemporaryFolder folder;
   run_well({"run", small_scene("corridor", "&frames=1"), "--out", folder / "run"});
   EXPECT_THAT(run_well({"nav2-params", folder / "run"}).output, HasSubstr("/stereo_grid/occupancy_grid\n"));
+  EXPECT_THAT(run_well({"nav2-params", folder / "run", "--source", "layer"}).output,
+              AllOf(HasSubstr(" plugin: stereogrid_nav2::GridLayer\n"), Not(HasSubstr("prediction_topic"))));
   for (const auto& setting : {std::array{"--preset", "robot"}, {"--set", "grid.length_m=4"}, {"--predict", "1"}}) {
     EXPECT_THAT(errors_of(64, {"nav2-params", folder / "run", setting[0], setting[1]}),
                 HasSubstr("A run has its own settings"));

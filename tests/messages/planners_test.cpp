@@ -79,6 +79,10 @@ TEST(Nav2Parameters, AskForTopicsThatAreThere) {
   const auto message{driven_street().recorder().last<OccupancyGrid>(topic)};
   EXPECT_EQ(message.header.frame_id, grid["global_frame"].as<std::string>());
   EXPECT_EQ(grid["resolution"].as<float>(), message.info.resolution);
+  const YAML::Node layer{driven_street().costmap(Nav2Source::layer)["stereo_grid"]};
+  for (const char* name : {"topic", "prediction_topic"}) {
+    expect_topic(layer[name].as<std::string>(), OccupancyGrid::type_name, true);
+  }
   const YAML::Node scan{driven_street().costmap(Nav2Source::scan)["stereo_grid"]["scan"]};
   expect_topic(scan["topic"].as<std::string>(), LaserScan::type_name, false);
   const YAML::Node voxels{driven_street().costmap(Nav2Source::points)["stereo_grid"]};

@@ -1,17 +1,17 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 #
-# colcon.sh SOURCE BUILD WORK: ros2/stereogrid_ros as a workspace of colcon has it: ament_cmake is Debian's, stereogrid
-# is BUILD, installed; rclcpp, rclcpp_components, rclcpp_lifecycle and tf2_ros are the stand-ins of this folder, which export targets as the
-# real ones do. Messages are the real packages where scripts/install-dependencies.sh --python has put them. Where Debian has
-# the linters of ament, they check the package.
+# colcon.sh SOURCE BUILD WORK: the packages in ros2/ as a workspace of colcon has them: ament_cmake is Debian's, stereogrid
+# is BUILD, installed; rclcpp, rclcpp_components, rclcpp_lifecycle, tf2_ros, pluginlib and nav2_costmap_2d are the stand-ins of this folder, which export
+# targets as the real ones do. Messages are the real packages where scripts/install-dependencies.sh --python has put them. Where Debian has
+# the linters of ament, they check the packages.
 set -euo pipefail
 
 source=$1
 build=$2
 work=$3
 skip=77
-package=$source/ros2/stereogrid_ros
+packages="stereogrid_nav2 stereogrid_ros"
 stand_in=$source/tests/ros2/stand_in
 command -v colcon >/dev/null || { echo "SKIPPED: there is no colcon"; exit $skip; }
 [ -d /usr/share/ament_cmake ] || { echo "SKIPPED: there is no ament_cmake"; exit $skip; }
@@ -19,7 +19,7 @@ fail() { echo "FAILED: $*" >&2; exit 1; }
 
 rm -rf "$work"
 mkdir -p "$work/workspace/src"
-ln -s "$package" "$work/workspace/src/"
+for package in $packages; do ln -s "$source/ros2/$package" "$work/workspace/src/"; done
 export_stand_in() { # export_stand_in PACKAGE TARGET FOLDER
   mkdir -p "$work/stand_in/share/$1/cmake"
   cat >"$work/stand_in/share/$1/cmake/$1Config.cmake" <<CONFIG
@@ -32,6 +32,8 @@ export_stand_in rclcpp rclcpp "$stand_in"
 export_stand_in rclcpp_components component "$stand_in"
 export_stand_in rclcpp_lifecycle rclcpp_lifecycle "$stand_in"
 export_stand_in tf2_ros tf2_ros "$stand_in"
+export_stand_in pluginlib pluginlib "$stand_in"
+export_stand_in nav2_costmap_2d nav2_costmap_2d_core "$stand_in"
 ros=$source/build/ros/jazzy
 if [ -e "$ros/share/sensor_msgs/cmake/sensor_msgsConfig.cmake" ]; then
   echo "Messages: the packages of $ros"
@@ -40,7 +42,7 @@ if [ -e "$ros/share/sensor_msgs/cmake/sensor_msgsConfig.cmake" ]; then
 else
   echo "Messages: stand-ins; scripts/install-dependencies.sh --python installs the real packages"
   ros=
-  for name in geometry_msgs sensor_msgs stereo_msgs; do
+  for name in geometry_msgs nav_msgs sensor_msgs stereo_msgs; do
     export_stand_in $name ${name}__rosidl_typesupport_cpp "$build/tests/ros2/stand_in_messages"
   done
 fi
@@ -51,21 +53,32 @@ macro(rclcpp_components_register_nodes target)
   endif()
 endmacro()
 MACRO
+cat >>"$work/stand_in/share/pluginlib/cmake/pluginlibConfig.cmake" <<'MACRO'
+macro(pluginlib_export_plugin_description_file base file) # as pluginlib's
+  install(FILES ${file} DESTINATION share/${PROJECT_NAME})
+  ament_index_register_resource(${base}__pluginlib__plugin CONTENT "share/${PROJECT_NAME}/${file}\n")
+endmacro()
+MACRO
 cmake --install "$build" --prefix "$work/installed" >"$work/install.log" || fail "installing stereogrid"
 
 version=$(sed -n 's/^project(stereogrid VERSION \([0-9.]*\).*/\1/p' "$source/CMakeLists.txt")
-grep -q "<version>$version</version>" "$package/package.xml" || fail "package.xml is not of version $version"
 cd "$work/workspace"
-colcon list | grep -q "stereogrid_ros.*(ros.ament_cmake)" || fail "colcon does not see an ament_cmake package"
+for package in $packages; do
+  grep -q "<version>$version</version>" "src/$package/package.xml" || fail "package.xml of $package is not of version $version"
+  colcon list | grep -q "$package.*(ros.ament_cmake)" || fail "colcon does not see the ament_cmake package $package"
+done
 env ${ros:+AMENT_PREFIX_PATH="$ros"} colcon build --event-handlers console_direct+ --cmake-args -GNinja -DPython3_EXECUTABLE=/usr/bin/python3 -DBUILD_SHARED_LIBS=ON \
   -DCMAKE_PREFIX_PATH="$work/installed;$work/stand_in${ros:+;$ros}" >"$work/colcon.log" 2>&1 || { tail -30 "$work/colcon.log"; fail "colcon build"; }
-for file in lib/libstereogrid_ros.so lib/stereogrid_ros/stereo_grid share/stereogrid_ros/launch/stereo_grid.launch.py \
-  share/stereogrid_ros/config/stereo_grid.yaml share/stereogrid_ros/config/stereo_grid.rviz share/ament_index/resource_index/packages/stereogrid_ros; do
-  [ -e "install/stereogrid_ros/$file" ] || fail "not installed: $file"
+index=share/ament_index/resource_index
+for file in stereogrid_ros/lib/libstereogrid_ros.so stereogrid_ros/lib/stereogrid_ros/stereo_grid \
+  stereogrid_ros/share/stereogrid_ros/{launch/stereo_grid.launch.py,config/stereo_grid.yaml,config/stereo_grid.rviz} stereogrid_ros/$index/packages/stereogrid_ros \
+  stereogrid_nav2/lib/libstereogrid_nav2.so stereogrid_nav2/share/stereogrid_nav2/layers.xml \
+  stereogrid_nav2/$index/nav2_costmap_2d__pluginlib__plugin/stereogrid_nav2; do
+  [ -e "install/$file" ] || fail "not installed: $file"
 done
 
 if command -v ament_lint_cmake >/dev/null; then
-  ament_lint_cmake "$package" && ament_flake8 "$package/launch" && ament_pep257 "$package/launch" || fail "ament's linters"
+  ament_lint_cmake src/*/ && ament_flake8 src/*/launch && ament_pep257 src/*/launch || fail "ament's linters"
 else
   echo "ament's linters are not here: not looked through"
 fi

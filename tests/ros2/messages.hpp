@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Messages of ROS 2 that the node uses. CMake makes a header of each message's name that includes this one.
+// Messages of ROS 2 that the packages in ros2/ use. CMake makes a header of each message's name that includes this one.
 #pragma once
 
 #include <array>
@@ -34,11 +34,22 @@ struct Vector3 {
   double z{0};
 };
 
+struct Point {
+  double x{0};
+  double y{0};
+  double z{0};
+};
+
 struct Quaternion {
   double x{0};
   double y{0};
   double z{0};
   double w{1};
+};
+
+struct Pose {
+  Point position;
+  Quaternion orientation;
 };
 
 struct Transform {
@@ -53,6 +64,24 @@ struct TransformStamped {
 };
 
 }  // namespace geometry_msgs::msg
+
+namespace nav_msgs::msg {
+
+struct MapMetaData {
+  builtin_interfaces::msg::Time map_load_time;
+  float resolution{0};
+  std::uint32_t width{0};
+  std::uint32_t height{0};
+  geometry_msgs::msg::Pose origin;
+};
+
+struct OccupancyGrid {
+  std_msgs::msg::Header header;
+  MapMetaData info;
+  std::vector<std::int8_t> data;
+};
+
+}  // namespace nav_msgs::msg
 
 namespace sensor_msgs::msg {
 

@@ -76,8 +76,9 @@ ROOMS = (
     Room("rosbag", ("include", "io/include", "mcap/include", "messages/include", "rosbag/include", "rosbag/src"),
          r"(opencv2|fmt)/.*"),
     Room("dds", ("include", "messages/include", "dds/include", "dds/src"), r"dds/.*|openssl/evp\.h"),
-    Room("ros2", ("include", "odometry/include", "io/include", "messages/include", "capture/include", "ros2/stereogrid_ros/src"),
-         r"opencv2/.*|(geometry_msgs|rclcpp|rclcpp_components|rclcpp_lifecycle|sensor_msgs|stereo_msgs|tf2_ros)/.*"),
+    Room("ros2", ("include", "odometry/include", "io/include", "messages/include", "capture/include", "ros2/stereogrid_nav2/src", "ros2/stereogrid_ros/src"),
+         r"opencv2/.*|(geometry_msgs|nav2_costmap_2d|nav_msgs|pluginlib|rclcpp|rclcpp_components|rclcpp_lifecycle|sensor_msgs|stereo_msgs"
+         r"|tf2_ros)/.*"),
     Room("scenes", ("include", "scenes/include", "scenes"), TBB),
     Room("evaluation", ("include", "evaluation/include", "evaluation/src"), TBB),
     Room("research", ("include", "odometry/include", "io/include", "evaluation/include", "research"), r"nlohmann/.*"),

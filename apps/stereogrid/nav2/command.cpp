@@ -71,8 +71,8 @@ void add_nav2_params_command(Command tool) {
   constexpr auto sources{names_of(messages::Nav2Source{})};
   command
       .add_option("--source", options->source,
-                  "Layer of the costmap: StaticLayer on the grid, ObstacleLayer on the scan, or "
-                  "SpatioTemporalVoxelLayer on the obstacle points.")
+                  "Layer of the costmap: StaticLayer on the grid, ObstacleLayer on the scan, "
+                  "SpatioTemporalVoxelLayer on the obstacle points, or the layer of ros2/stereogrid_nav2.")
       .one_of({sources.begin(), sources.end()})
       .show_default();
   command.add_option("--predict S,S,...", options->predict_s, "As given to 'run' and 'live'.");

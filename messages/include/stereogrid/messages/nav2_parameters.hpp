@@ -17,9 +17,10 @@ enum class Nav2Source {
   grid,    ///< StaticLayer on an occupancy grid: free space, unknown cells, drops and predictions, without memory
   scan,    ///< ObstacleLayer on the scan: rays clear, and cells outside the field of view keep their last cost
   points,  ///< SpatioTemporalVoxelLayer on the obstacle points
+  layer,   ///< stereogrid_nav2::GridLayer on occupancy grid and predictions (ros2/stereogrid_nav2)
 };
-constexpr std::array<std::string_view, 3> names_of(Nav2Source) {
-  return {"grid", "scan", "points"};
+constexpr std::array<std::string_view, 4> names_of(Nav2Source) {
+  return {"grid", "scan", "points", "layer"};
 }
 
 struct Nav2Options {

@@ -11,6 +11,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -19,7 +20,7 @@
 
 #include <builtin_interfaces/msg/time.hpp>
 
-// The part of rclcpp that ros2/stereogrid_ros uses, with the same signatures, in one process: a test passes messages
+// The part of rclcpp that the packages in ros2/ use, with the same signatures, in one process: a test passes messages
 // and checks publications and logs.
 
 enum rcl_clock_type_t { RCL_SYSTEM_TIME, RCL_ROS_TIME, RCL_STEADY_TIME };
@@ -32,6 +33,16 @@ struct rcl_serialized_message_t {
 
 namespace rcl_interfaces::msg {
 
+struct IntegerRange {
+  std::int64_t from_value{0};
+  std::int64_t to_value{0};
+  std::uint64_t step{0};
+};
+struct FloatingPointRange {
+  double from_value{0};
+  double to_value{0};
+  double step{0};
+};
 struct ParameterDescriptor {
   std::string name;
   std::uint8_t type{0};
@@ -39,6 +50,12 @@ struct ParameterDescriptor {
   std::string additional_constraints;
   bool read_only{false};
   bool dynamic_typing{false};
+  std::vector<FloatingPointRange> floating_point_range{};
+  std::vector<IntegerRange> integer_range{};
+};
+struct SetParametersResult {
+  bool successful{false};
+  std::string reason;
 };
 
 }  // namespace rcl_interfaces::msg
@@ -56,11 +73,13 @@ struct World {
   std::mutex mutex;
   std::map<std::string, Published> published;
   std::map<std::string, std::function<void(const void*)>> subscribers;
+  std::set<std::string> latched_subscribers;
   std::map<std::string, std::size_t> subscriptions;  // subscriptions of other nodes by topic; usually 1
   std::vector<std::string> missing_packages;         // names of message packages
   std::vector<std::string> log;
   bool is_shut_down{false};
   bool publishing_fails{false};
+  std::int64_t now_ns{0};                                      // time of all clocks
   std::vector<std::pair<std::string, std::string>> arguments;  // from -p NAME:=TEXT
 };
 inline World& world() {
@@ -81,14 +100,15 @@ void log(const char* format, Arguments... arguments) {
 #define RCLCPP_INFO(logger, ...) ((void)(logger), stand_in::log(__VA_ARGS__))
 #define RCLCPP_WARN(logger, ...) ((void)(logger), stand_in::log(__VA_ARGS__))
 #define RCLCPP_FATAL(logger, ...) ((void)(logger), stand_in::log(__VA_ARGS__))
+#define RCLCPP_WARN_THROTTLE(logger, clock, period_ms, ...) \
+  ((void)(logger), (void)(clock), (void)(period_ms), stand_in::log(__VA_ARGS__))
 
 namespace rclcpp {
 
 class Logger {};
-class Clock {
- public:
-  using SharedPtr = std::shared_ptr<Clock>;
-};
+inline Logger get_logger(const std::string&) {
+  return {};
+}
 
 class Duration {
  public:
@@ -111,6 +131,20 @@ class Time {
  private:
   std::int64_t ns_;
 };
+
+class Clock {
+ public:
+  using SharedPtr = std::shared_ptr<Clock>;
+  [[nodiscard]] Time now() const { return Time{stand_in::world().now_ns}; }
+};
+
+namespace exceptions {
+
+class InvalidParameterValueException : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+}  // namespace exceptions
 
 enum class ParameterType {
   PARAMETER_NOT_SET,
@@ -163,6 +197,10 @@ class Parameter {
   Parameter(std::string name, T value) : name_{std::move(name)}, value_{value} {}
   [[nodiscard]] const std::string& get_name() const { return name_; }
   [[nodiscard]] const ParameterValue& get_parameter_value() const { return value_; }
+  [[nodiscard]] bool as_bool() const { return value_.get<bool>(); }
+  [[nodiscard]] std::int64_t as_int() const { return value_.get<std::int64_t>(); }
+  [[nodiscard]] double as_double() const { return value_.get<double>(); }
+  [[nodiscard]] std::string as_string() const { return value_.get<std::string>(); }
 
  private:
   std::string name_;
@@ -248,6 +286,13 @@ class SubscriptionBase {
   std::string topic_;
 };
 
+template <class Message>
+class Subscription : public SubscriptionBase {
+ public:
+  using SharedPtr = std::shared_ptr<Subscription>;
+  using SubscriptionBase::SubscriptionBase;
+};
+
 namespace node_interfaces {
 
 class NodeBaseInterface {
@@ -285,9 +330,20 @@ class Node {
       if (given.get_name() == name) value = given.get_parameter_value();
     }
     if (!descriptor.dynamic_typing && value.get_type() != usual.get_type()) throw std::invalid_argument{name};
-    const auto [place, is_new]{declared_.emplace(name, value)};
+    if (!is_within(value, descriptor)) throw exceptions::InvalidParameterValueException{name + " is out of range"};
+    const auto [place, is_new]{declared_.emplace(name, Declared{value, descriptor})};
     if (!is_new) throw std::logic_error{"parameter " + name + " is declared twice"};
-    return place->second;
+    return place->second.value;
+  }
+  [[nodiscard]] bool has_parameter(const std::string& name) const { return declared_.contains(name); }
+  [[nodiscard]] Parameter get_parameter(const std::string& name) const { return {name, declared_.at(name).value}; }
+  rcl_interfaces::msg::SetParametersResult set_parameter(const Parameter& changed) {
+    Declared& declared{declared_.at(changed.get_name())};
+    const ParameterValue& value{changed.get_parameter_value()};
+    const bool is_allowed{!declared.descriptor.read_only && value.get_type() == declared.value.get_type() &&
+                          is_within(value, declared.descriptor)};
+    if (is_allowed) declared.value = value;
+    return {is_allowed, is_allowed ? "" : changed.get_name() + " is read-only, of another type or out of range"};
   }
   [[nodiscard]] std::size_t parameters() const { return declared_.size(); }
 
@@ -302,18 +358,35 @@ class Node {
   }
 
   template <class Message, class Callback>
-  SubscriptionBase::SharedPtr create_subscription(const std::string& topic, const QoS&, Callback callback) {
+  typename Subscription<Message>::SharedPtr create_subscription(const std::string& topic, const QoS& qos,
+                                                                Callback callback) {
     const std::scoped_lock lock{stand_in::world().mutex};
+    if (qos.is_latched()) stand_in::world().latched_subscribers.insert(topic);
     stand_in::world().subscribers[topic] = [callback](const void* message) {
       callback(*static_cast<const Message*>(message));
     };
-    return std::make_shared<SubscriptionBase>(topic);
+    return std::make_shared<Subscription<Message>>(topic);
   }
 
  private:
+  struct Declared {
+    ParameterValue value;
+    rcl_interfaces::msg::ParameterDescriptor descriptor;
+  };
+
+  static bool is_within(const ParameterValue& value, const rcl_interfaces::msg::ParameterDescriptor& descriptor) {
+    for (const auto& range : descriptor.integer_range) {
+      if (value.get<std::int64_t>() < range.from_value || value.get<std::int64_t>() > range.to_value) return false;
+    }
+    for (const auto& range : descriptor.floating_point_range) {
+      if (value.get<double>() < range.from_value || value.get<double>() > range.to_value) return false;
+    }
+    return true;
+  }
+
   node_interfaces::NodeBaseInterface::SharedPtr base_;
   NodeOptions options_;
-  std::map<std::string, ParameterValue> declared_;
+  std::map<std::string, Declared> declared_;
 };
 
 inline void init(int argc, char** argv) {

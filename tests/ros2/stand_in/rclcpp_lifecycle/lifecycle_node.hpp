@@ -44,7 +44,10 @@ class LifecycleNode : public node_interfaces::LifecycleNodeInterface, private rc
   using rclcpp::Node::get_clock;
   using rclcpp::Node::get_logger;
   using rclcpp::Node::get_node_base_interface;
+  using rclcpp::Node::get_parameter;
+  using rclcpp::Node::has_parameter;
   using rclcpp::Node::parameters;
+  using rclcpp::Node::set_parameter;
 
   [[nodiscard]] const State& get_current_state() const { return state_; }
   const State& configure() { return change(unconfigured, inactive, &LifecycleNode::on_configure); }
