@@ -23,6 +23,9 @@ for package in $packages; do ln -s "$source/ros2/$package" "$work/workspace/src/
 export_stand_in() { # export_stand_in PACKAGE TARGET FOLDER
   mkdir -p "$work/stand_in/share/$1/cmake"
   cat >"$work/stand_in/share/$1/cmake/$1Config.cmake" <<CONFIG
+if(TARGET $1::$2)
+  return()
+endif()
 add_library($1::$2 INTERFACE IMPORTED)
 target_include_directories($1::$2 INTERFACE "$3")
 set($1_TARGETS $1::$2)
@@ -67,8 +70,15 @@ for package in $packages; do
   grep -q "<version>$version</version>" "src/$package/package.xml" || fail "package.xml of $package is not of version $version"
   colcon list | grep -q "$package.*(ros.ament_cmake)" || fail "colcon does not see the ament_cmake package $package"
 done
-env ${ros:+AMENT_PREFIX_PATH="$ros"} colcon build --event-handlers console_direct+ --cmake-args -GNinja -DPython3_EXECUTABLE=/usr/bin/python3 -DBUILD_SHARED_LIBS=ON \
-  -DCMAKE_PREFIX_PATH="$work/installed;$work/stand_in${ros:+;$ros}" >"$work/colcon.log" 2>&1 || { tail -30 "$work/colcon.log"; fail "colcon build"; }
+testing=OFF
+[ ! -d /usr/share/ament_cmake_cpplint ] || testing=ON
+settings=(-GNinja -DPython3_EXECUTABLE=/usr/bin/python3 -DBUILD_SHARED_LIBS=ON -DBUILD_TESTING=$testing)
+build_packages() { # build_packages PREFIXES [OPTION…]
+  env ${ros:+AMENT_PREFIX_PATH="$ros"} colcon build --event-handlers console_direct+ "${@:2}" \
+    --cmake-args "${settings[@]}" -DCMAKE_PREFIX_PATH="$1$work/stand_in${ros:+;$ros}" >"$work/colcon.log" 2>&1 ||
+    { tail -30 "$work/colcon.log"; fail "colcon build"; }
+}
+build_packages "$work/installed;"
 index=share/ament_index/resource_index
 for file in stereogrid_ros/lib/libstereogrid_ros.so stereogrid_ros/lib/stereogrid_ros/stereo_grid \
   stereogrid_ros/share/stereogrid_ros/{launch/stereo_grid.launch.py,config/stereo_grid.yaml,config/stereo_grid.rviz} stereogrid_ros/$index/packages/stereogrid_ros \
@@ -77,7 +87,22 @@ for file in stereogrid_ros/lib/libstereogrid_ros.so stereogrid_ros/lib/stereogri
   [ -e "install/$file" ] || fail "not installed: $file"
 done
 
-if command -v ament_lint_cmake >/dev/null; then
+# One clone: the library's project has both packages. Only the layer is compiled, since the library was before.
+grep -q "<version>$version</version>" "$source/package.xml" || fail "package.xml is not of version $version"
+[ "$(colcon list --base-paths "$source" | sed 's/\t.*\t/ /')" = "stereogrid (ros.cmake)" ] || fail "colcon does not see one package"
+grep -q "^cmake-args:.*-DSTEREOGRID_ROS2=ON" "$source/colcon.pkg" || fail "colcon.pkg does not set STEREOGRID_ROS2"
+settings+=(-DSTEREOGRID_ROS2=ON -DSTEREOGRID_TESTS=OFF -DSTEREOGRID_TOOL=OFF -DSTEREOGRID_IO=ON -DSTEREOGRID_CONNECTED=ON)
+build_packages "" --base-paths "$source" --build-base clone --cmake-target stereogrid_nav2
+for file in packages/stereogrid_ros nav2_costmap_2d__pluginlib__plugin/stereogrid_nav2; do
+  [ -e "clone/stereogrid/ament_cmake_index/share/ament_index/resource_index/$file" ] || fail "not in the index: $file"
+done
+for target in stereo_grid libstereogrid_ros.so; do
+  ninja -C clone/stereogrid -t query "$target" >/dev/null || fail "no target $target in the library's project"
+done
+
+if [ $testing = ON ]; then
+  colcon test >"$work/test.log" 2>&1 && colcon test-result || fail "ament's linters: colcon test"
+elif command -v ament_lint_cmake >/dev/null; then
   ament_lint_cmake src/*/ && ament_flake8 src/*/launch && ament_pep257 src/*/launch || fail "ament's linters"
 else
   echo "ament's linters are not here: not looked through"

@@ -5,14 +5,15 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <stdexcept>
+#include <type_traits>
+
 #include <geometry_msgs/msg/quaternion.hpp>
 #include <geometry_msgs/msg/transform.hpp>
 #include <nav2_costmap_2d/cost_values.hpp>
 #include <nav2_costmap_2d/footprint.hpp>
 #include <pluginlib/class_list_macros.hpp>
 #include <rclcpp_lifecycle/lifecycle_node.hpp>
-#include <stdexcept>
-#include <type_traits>
 
 namespace stereogrid_nav2 {
 namespace {

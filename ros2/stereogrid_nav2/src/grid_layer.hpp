@@ -8,12 +8,13 @@
 #include <limits>
 #include <memory>
 #include <mutex>
-#include <nav2_costmap_2d/costmap_layer.hpp>
-#include <nav_msgs/msg/occupancy_grid.hpp>
 #include <optional>
-#include <rclcpp/rclcpp.hpp>
 #include <string>
 #include <vector>
+
+#include <nav2_costmap_2d/costmap_layer.hpp>
+#include <nav_msgs/msg/occupancy_grid.hpp>
+#include <rclcpp/rclcpp.hpp>
 
 namespace stereogrid_nav2 {
 

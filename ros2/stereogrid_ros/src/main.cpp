@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <exception>
 #include <memory>
+
 #include <rclcpp/rclcpp.hpp>
 
 #include "stereo_grid_node.hpp"

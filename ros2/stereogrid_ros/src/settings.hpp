@@ -3,10 +3,11 @@
 #pragma once
 
 #include <chrono>
+#include <string>
+
 #include <geometry_msgs/msg/transform.hpp>
 #include <rclcpp_lifecycle/lifecycle_node.hpp>
 #include <sensor_msgs/msg/camera_info.hpp>
-#include <string>
 
 #include "stereogrid/camera.hpp"
 #include "stereogrid/config.hpp"

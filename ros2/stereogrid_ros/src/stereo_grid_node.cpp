@@ -6,8 +6,9 @@
 #include <cctype>
 #include <chrono>
 #include <iterator>
-#include <rclcpp_components/register_node_macro.hpp>
 #include <utility>
+
+#include <rclcpp_components/register_node_macro.hpp>
 
 #include "settings.hpp"
 #include "stereogrid/error.hpp"
@@ -172,12 +173,12 @@ stereogrid::io::Calibration StereoGridNode::calibration_of(
 
 void StereoGridNode::set_extrinsics_from_tf(stereogrid::Rig& rig, const std::string& camera_frame) {
   if (settings_.robot_base_frame.empty()) return;
-  set_extrinsics(rig, transform(settings_.robot_base_frame, camera_frame, rclcpp::Time{0, 0, RCL_ROS_TIME}));
+  set_extrinsics(rig, look_up(settings_.robot_base_frame, camera_frame, rclcpp::Time{0, 0, RCL_ROS_TIME}));
 }
 
 // Waits in wall time: the buffer's own wait is in ROS time, which stands still while a simulation is paused.
-geometry_msgs::msg::Transform StereoGridNode::transform(const std::string& target, const std::string& source,
-                                                        const rclcpp::Time& instant) const {
+geometry_msgs::msg::Transform StereoGridNode::look_up(const std::string& target, const std::string& source,
+                                                      const rclcpp::Time& instant) const {
   const Clock::time_point end{Clock::now() + settings_.transform_tolerance};
   for (;;) {
     try {
@@ -203,7 +204,7 @@ void StereoGridNode::place(stereogrid::StereoFrame& frame, std::optional<stereog
     frame.world_from_vehicle = odometry->update(frame).world_from_vehicle;
   } else if (settings_.poses == "tf") {
     frame.world_from_vehicle =
-        pose_of(transform(settings_.global_frame, camera_frame_, rclcpp::Time{frame.stamp_ns, RCL_ROS_TIME}));
+        pose_of(look_up(settings_.global_frame, camera_frame_, rclcpp::Time{frame.stamp_ns, RCL_ROS_TIME}));
   }
 }
 
@@ -216,12 +217,14 @@ class StereoGridNode::Frames final : public stereogrid::capture::FrameHandler {
   [[nodiscard]] bool has_ended() const override { return node_.is_to_stop_; }
 
   [[nodiscard]] std::optional<PreparedFrame> next() override {
-    if (const std::shared_ptr<Pair> now{node_.current_pair()}; now != pair_) {
+    const std::shared_ptr<Pair> now{node_.current_pair()};
+    if (now != pair_) {
       pair_ = now;
       odometry_.reset();
       resets_before_ = true;
     }
-    if (const std::string fault{pair_->fault()}; !fault.empty()) node_.warn(fault);
+    const std::string fault{pair_->fault()};
+    if (!fault.empty()) node_.warn(fault);
     std::optional<stereogrid::capture::LiveFrame> live{pair_->next(100ms)};
     if (!live) return std::nullopt;
     PreparedFrame prepared{.frame = std::move(live->frame), .captured = live->captured};

@@ -4,6 +4,7 @@
 
 #include <tf2_ros/buffer.h>
 #include <tf2_ros/transform_listener.h>
+
 #include <array>
 #include <atomic>
 #include <condition_variable>
@@ -16,16 +17,17 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>  // NOLINT(build/include_order): unknown to cpplint
+#include <string>
+#include <thread>
+#include <vector>
+
 #include <rclcpp/rclcpp.hpp>
 #include <rclcpp_lifecycle/lifecycle_node.hpp>
 #include <sensor_msgs/msg/camera_info.hpp>
 #include <sensor_msgs/msg/compressed_image.hpp>
 #include <sensor_msgs/msg/image.hpp>
-#include <span>
 #include <stereo_msgs/msg/disparity_image.hpp>
-#include <string>
-#include <thread>
-#include <vector>
 
 #include "settings.hpp"
 #include "stereogrid/capture/camera_pair.hpp"
@@ -136,8 +138,8 @@ class StereoGridNode final : public rclcpp_lifecycle::LifecycleNode {
     return {.tolerance = settings_.pair_tolerance, .has_depth = settings_.input != "stereo"};
   }
   void set_extrinsics_from_tf(stereogrid::Rig& rig, const std::string& camera_frame);
-  [[nodiscard]] geometry_msgs::msg::Transform transform(const std::string& target, const std::string& source,
-                                                        const rclcpp::Time& instant) const;
+  [[nodiscard]] geometry_msgs::msg::Transform look_up(const std::string& target, const std::string& source,
+                                                      const rclcpp::Time& instant) const;
   void go_on();
   void place(stereogrid::StereoFrame& frame, std::optional<stereogrid::VisualOdometry>& odometry,
              const stereogrid::Rig& rig);
