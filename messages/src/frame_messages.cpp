@@ -164,6 +164,8 @@ struct FrameMessages::Implementation {
   bool is_extrinsics_sent{false};
   std::optional<Last> last;
   std::optional<std::int64_t> diagnosed_ns;
+  FrameCounts counted;  // until diagnosed_ns
+  FrameCounts recent;   // in the second before diagnosed_ns
 };
 
 void FrameMessages::Implementation::send_transforms(const FrameResult& result) {
@@ -295,15 +297,22 @@ void FrameMessages::Implementation::send_pictures(const FrameFacts& facts) {
 }
 
 void FrameMessages::Implementation::send_diagnostics(const FrameResult& result, const FrameFacts& facts) {
-  const auto fill_status = [&](diagnostic_msgs::DiagnosticArray& message) {
-    mark(message.header, "");
-    fill(message, result, facts, options.node);
-  };
-  outlet.offer(status, stamp_ns, fill_status);
   // diagnostics: once a second, and at once after the clock has stepped back
   const bool is_due{!diagnosed_ns || stamp_ns < *diagnosed_ns ||
                     elapsed_ns(stamp_ns, *diagnosed_ns) >= diagnostics_period_ns};
-  if (is_due && outlet.offer(diagnostics, stamp_ns, fill_status)) diagnosed_ns = stamp_ns;
+  if (is_due) {
+    const FrameCounts now{counts_of(facts)};
+    if (now.used < counted.used || now.dropped < counted.dropped) counted = {};
+    recent = {.used = now.used - counted.used, .dropped = now.dropped - counted.dropped};
+    counted = now;
+    diagnosed_ns = stamp_ns;
+  }
+  const auto fill_status = [&](diagnostic_msgs::DiagnosticArray& message) {
+    mark(message.header, "");
+    fill(message, result, facts, recent, options);
+  };
+  outlet.offer(status, stamp_ns, fill_status);
+  if (is_due) outlet.offer(diagnostics, stamp_ns, fill_status);
 }
 
 FrameMessages::FrameMessages(Sink& sink, const Rig& rig, const FrameMessagesOptions& options)

@@ -171,6 +171,25 @@ TEST(StatusMessage, WarnsOfAPoorFrame) {
   EXPECT_EQ(sent_on<DiagnosticArray>("/stereo_grid/status", result).status.at(0).message, "The lens is dirty.");
 }
 
+TEST(StatusMessage, WarnsWhenAThirdOfTheFramesIsDropped) {
+  Recorder recorder;
+  FrameMessages messages{recorder, small_rig(), {.camera_frame = "eyes"}};
+  std::vector<Dropped> dropped{{"no pair", 50}};
+  const auto status_after = [&](std::int64_t second, std::int64_t frames, std::int64_t dropped_frames) {
+    dropped[0].frames = dropped_frames;
+    messages.send(small_result(), {.stamp_ns = second * second_ns, .frames = frames, .dropped = dropped});
+    return recorder.last<DiagnosticArray>("/diagnostics").status.at(0);
+  };
+  EXPECT_EQ(status_after(0, 1, 50).level, std::byte{1}) << "before the first frame";
+  EXPECT_EQ(status_after(1, 21, 59).level, std::byte{0});
+  const auto poor{status_after(2, 41, 69)};
+  EXPECT_EQ(poor.level, std::byte{1});
+  EXPECT_EQ(poor.message, "10 of the last 30 frames dropped");
+  EXPECT_EQ(poor.hardware_id, "eyes");
+  EXPECT_EQ(status_after(3, 61, 69).message, "fine");
+  EXPECT_EQ(status_after(4, 3, 0).message, "fine") << "counts begin again";
+}
+
 TEST(StatusMessage, ComesOnceASecondAsDiagnostics) {
   Recorder recorder;
   FrameMessages messages{recorder, small_rig()};

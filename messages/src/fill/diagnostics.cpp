@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <cstdio>
+#include <string>
 #include <string_view>
 
 #include "fill/fill.hpp"
@@ -42,10 +44,8 @@ class Values {
 };
 
 void add_counts(Values& values, const FrameFacts& facts) {
-  std::int64_t dropped{0};
-  for (const Dropped& one : facts.dropped) dropped += one.frames;
   values.add("frames", facts.frames);
-  values.add("dropped", dropped);
+  values.add("dropped", counts_of(facts).dropped);
   for (const Dropped& one : facts.dropped) values.add("dropped: " + one.reason, one.frames);
 }
 
@@ -89,16 +89,27 @@ void write_states(std::string& text, const std::vector<FrameStatus>& states) {
 
 }  // namespace
 
+FrameCounts counts_of(const FrameFacts& facts) {
+  FrameCounts counts{.used = facts.frames};
+  for (const Dropped& one : facts.dropped) counts.dropped += one.frames;
+  return counts;
+}
+
 void fill(diagnostic_msgs::DiagnosticArray& message, const FrameResult& result, const FrameFacts& facts,
-          const std::string& node) {
+          const FrameCounts& recent, const FrameMessagesOptions& options) {
   message.status.resize(1);
   diagnostic_msgs::DiagnosticStatus& status{message.status.front()};
-  const bool is_fine{result.status.empty() && result.warnings.empty()};
+  const bool is_fine{result.status.empty() && result.warnings.empty() && !recent.are_poor()};
   status.level = is_fine ? fine : warning;
-  status.name = node;
+  status.name = options.node;
+  status.hardware_id = options.camera_frame;
   write_states(status.message, result.status);
   if (!result.warnings.empty()) status.message = result.warnings.front().text;
   if (is_fine) status.message = "fine";
+  if (status.message.empty()) {
+    status.message = std::to_string(recent.dropped) + " of the last " + std::to_string(recent.used + recent.dropped) +
+                     " frames dropped";
+  }
   Values values{status.values};
   add_counts(values, facts);
   add_times(values, result.timing_ms, facts);

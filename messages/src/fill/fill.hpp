@@ -77,7 +77,17 @@ void fill(sensor_msgs::CompressedImage& message, std::span<const std::byte> jpeg
 /// `moved`: motion of the vehicle in `dt_s`, in its former frame.
 void fill(nav_msgs::Odometry& message, const Pose2& world_from_vehicle, const Pose2& moved, double dt_s);
 
+/// Frames used and dropped.
+struct FrameCounts {
+  std::int64_t used{0};
+  std::int64_t dropped{0};
+
+  /// True if at least a third was dropped.
+  [[nodiscard]] bool are_poor() const { return dropped > 0 && 3 * dropped >= used + dropped; }
+};
+[[nodiscard]] FrameCounts counts_of(const FrameFacts& facts);
+/// `recent`: frames of the last second.
 void fill(diagnostic_msgs::DiagnosticArray& message, const FrameResult& result, const FrameFacts& facts,
-          const std::string& node);
+          const FrameCounts& recent, const FrameMessagesOptions& options);
 
 }  // namespace stereogrid::messages
