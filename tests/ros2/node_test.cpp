@@ -9,6 +9,7 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/messages/cdr.hpp"
 #include "stereogrid/messages/geometry_msgs.hpp"
+#include "stereogrid/messages/nav_msgs.hpp"
 
 namespace stereogrid_ros::testing {
 namespace {
@@ -147,6 +148,29 @@ TEST_F(Ros2Node, RefusesParametersThatDoNotFit) {
   EXPECT_THAT(refusal({"pair_tolerance", -1.0}), HasSubstr("pair_tolerance"));
   EXPECT_THAT(refusal({"topics", std::vector<std::string>{"scan", "grids"}}), HasSubstr("There is no topic \"grids\""));
   EXPECT_THAT(refusal({"points_voxel", -1.0}), HasSubstr("voxels"));
+}
+
+TEST_F(Ros2Node, ReadsParametersWhenItIsConfigured) {
+  constexpr std::uint8_t unconfigured{1};
+  constexpr std::uint8_t inactive{2};
+  start({{"autostart", false}, {"poses", std::string{"gps"}}});
+  EXPECT_EQ(node_->configure().id(), unconfigured);
+  EXPECT_THAT(logged(), Contains("parameter poses: gps (allowed tf, images, none)."));
+  EXPECT_TRUE(node_->set_parameter({"poses", std::string{"none"}}).successful);
+  EXPECT_TRUE(node_->set_parameter({"grid.length_m", std::int64_t{12}}).successful);
+  EXPECT_EQ(node_->configure().id(), inactive);
+  EXPECT_TRUE(node_->set_parameter({"grid.length_m", 1e6}).successful);
+  node_->activate();
+  hand_in_infos();
+  hand_in_frames(1);
+  ASSERT_EQ(published(grids).size(), 1U) << "with the parameters of the last configuration";
+  stereogrid::messages::nav_msgs::OccupancyGrid grid;
+  stereogrid::messages::decode(std::as_bytes(std::span{published(grids).back()}), grid);
+  EXPECT_LT(static_cast<double>(grid.info.height) * static_cast<double>(grid.info.resolution), 40);
+  node_->deactivate();
+  node_->cleanup();
+  EXPECT_EQ(node_->configure().id(), unconfigured);
+  EXPECT_THAT(logged(), Contains(HasSubstr("grid.length_m")));
 }
 
 TEST_F(Ros2Node, ReadsTransformsWithItsOwnRemappings) {

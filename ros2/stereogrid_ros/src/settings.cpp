@@ -20,16 +20,16 @@ namespace {
 
 using stereogrid::ConfigError;
 
-/// Without a fixed type: 30 is as good as 30.0.
+/// Value of a parameter, which is declared if it is not yet. Without a fixed type: 30 is as good as 30.0.
 template <class T>
-T declared(rclcpp_lifecycle::LifecycleNode& node, const std::string& name, const T& usual, const std::string& sentence,
+T value_of(rclcpp_lifecycle::LifecycleNode& node, const std::string& name, const T& usual, const std::string& sentence,
            const std::string& allowed = "") {
   rcl_interfaces::msg::ParameterDescriptor descriptor;
   descriptor.description = sentence;
   descriptor.additional_constraints = allowed;  // as text: rclcpp's own check would not name the limits
-  descriptor.read_only = true;
   descriptor.dynamic_typing = true;
-  const rclcpp::ParameterValue value{node.declare_parameter(name, rclcpp::ParameterValue{usual}, descriptor)};
+  if (!node.has_parameter(name)) node.declare_parameter(name, rclcpp::ParameterValue{usual}, descriptor);
+  const rclcpp::ParameterValue value{node.get_parameter(name).get_parameter_value()};
   if constexpr (std::is_same_v<T, double>) {
     if (value.get_type() == rclcpp::ParameterType::PARAMETER_INTEGER) {
       return static_cast<double>(value.get<std::int64_t>());
@@ -50,28 +50,28 @@ std::string list_of(const Words& words) {
 }
 
 template <class T>
-void declare_field(rclcpp_lifecycle::LifecycleNode& node, const std::string& name, const std::string& sentence,
-                   T& value, const std::string& range = "") {
+void read_field(rclcpp_lifecycle::LifecycleNode& node, const std::string& name, const std::string& sentence, T& value,
+                const std::string& range = "") {
   if constexpr (std::is_enum_v<T>) {
     const auto names{names_of(T{})};
     const std::string usual{names.at(static_cast<std::size_t>(value))};
-    const std::string given{declared(node, name, usual, sentence, list_of(names))};
+    const std::string given{value_of(node, name, usual, sentence, list_of(names))};
     const auto* const found{std::ranges::find(names, given)};
     if (found == names.end()) {
       throw ConfigError{"parameter " + name + ": " + given + " (allowed " + list_of(names) + ")."};
     }
     value = static_cast<T>(found - names.begin());
   } else if constexpr (std::is_same_v<T, int>) {
-    const std::int64_t given{declared(node, name, std::int64_t{value}, sentence, range)};
+    const std::int64_t given{value_of(node, name, std::int64_t{value}, sentence, range)};
     value = static_cast<int>(std::clamp<std::int64_t>(given, -1'000'000'000, 1'000'000'000));  // problems() says more
   } else {
-    value = declared(node, name, value, sentence, range);
+    value = value_of(node, name, value, sentence, range);
   }
 }
 
 std::chrono::nanoseconds seconds(rclcpp_lifecycle::LifecycleNode& node, const std::string& name, double usual,
                                  const char* sentence) {
-  const double given{declared(node, name, usual, sentence, "0 to 60")};
+  const double given{value_of(node, name, usual, sentence, "0 to 60")};
   if (!(given >= 0 && given <= 60)) {
     throw ConfigError{"parameter " + name + ": " + std::to_string(given) + " s (allowed 0 to 60 s)."};
   }
@@ -79,15 +79,15 @@ std::chrono::nanoseconds seconds(rclcpp_lifecycle::LifecycleNode& node, const st
 }
 
 /// Throws ConfigError with all problems at once.
-stereogrid::Config declare_config(rclcpp_lifecycle::LifecycleNode& node) {
+stereogrid::Config read_config(rclcpp_lifecycle::LifecycleNode& node) {
   stereogrid::Config config{stereogrid::preset(
-      declared<std::string>(node, "preset", "default", "default, robot (a low camera), or paper (as published)."))};
+      value_of<std::string>(node, "preset", "default", "default, robot (a low camera), or paper (as published)."))};
   visit_parameters(config, [&](std::string_view group, const stereogrid::Parameter& parameter, auto& value) {
     std::string sentence{parameter.sentence};
     if (!parameter.unit.empty()) sentence += " [" + std::string{parameter.unit} + "]";
     std::ostringstream range;
     range << parameter.minimum << " to " << parameter.maximum;
-    declare_field(node, std::string{group} + "." + std::string{parameter.name}, sentence, value, range.str());
+    read_field(node, std::string{group} + "." + std::string{parameter.name}, sentence, value, range.str());
   });
   std::string all;
   for (const std::string& problem : problems(config)) all += (all.empty() ? "" : " ") + problem;
@@ -98,14 +98,14 @@ stereogrid::Config declare_config(rclcpp_lifecycle::LifecycleNode& node) {
 /// Parameter with one of these values; the first is the default.
 std::string one_of(rclcpp_lifecycle::LifecycleNode& node, const std::string& name,
                    std::initializer_list<const char*> words, const char* sentence) {
-  const std::string given{declared(node, name, std::string{*words.begin()}, sentence, list_of(words))};
+  const std::string given{value_of(node, name, std::string{*words.begin()}, sentence, list_of(words))};
   if (std::ranges::find(words, given) != words.end()) return given;
   throw ConfigError{"parameter " + name + ": " + given + " (allowed " + list_of(words) + ")."};
 }
 
-stereogrid::PipelineOptions declare_pipeline(rclcpp_lifecycle::LifecycleNode& node) {
+stereogrid::PipelineOptions read_pipeline(rclcpp_lifecycle::LifecycleNode& node) {
   stereogrid::PipelineOptions pipeline;
-  declare_field(node, "threads", "Threads of the pipeline; 0: all cores.", pipeline.threads);
+  read_field(node, "threads", "Threads of the pipeline; 0: all cores.", pipeline.threads);
   const std::string device{one_of(node, "device", {"auto", "cpu", "cuda"}, "auto (a GPU if present), cpu or cuda.")};
   pipeline.back_end = device == "cpu"    ? stereogrid::BackEnd::cpu
                       : device == "cuda" ? stereogrid::BackEnd::cuda
@@ -128,22 +128,25 @@ void check(const stereogrid::messages::FrameMessagesOptions& options) {
 
 }  // namespace
 
-Settings declare_settings(rclcpp_lifecycle::LifecycleNode& node) {
+bool is_autostarted(rclcpp_lifecycle::LifecycleNode& node) {
+  return value_of(node, "autostart", true,
+                  "True: active from the start. False: a lifecycle manager activates the node.");
+}
+
+Settings read_settings(rclcpp_lifecycle::LifecycleNode& node) {
   const auto text = [&](const char* name, const char* usual, const char* sentence) {
-    return declared(node, name, std::string{usual}, sentence);
+    return value_of(node, name, std::string{usual}, sentence);
   };
   Settings settings;
-  settings.config = declare_config(node);
-  settings.pipeline = declare_pipeline(node);
-  settings.is_autostarted =
-      declared(node, "autostart", true, "True: active from the start. False: a lifecycle manager activates the node.");
+  settings.config = read_config(node);
+  settings.pipeline = read_pipeline(node);
   settings.input = one_of(node, "input", {"stereo", "depth", "disparity"},
                           "stereo (right images), depth (of the left images) or disparity (DisparityImage).");
   settings.image_transport =
       one_of(node, "image_transport", {"raw", "compressed"}, "raw or compressed (…/compressed) left and right images.");
   settings.depth_image_transport = one_of(node, "depth_image_transport", {"raw", "compressedDepth", "compressed"},
                                           "raw, compressedDepth or compressed (PNG) depth images.");
-  settings.are_rectified = declared(node, "rectified", true, "True: the topics have rectified images.");
+  settings.are_rectified = value_of(node, "rectified", true, "True: the topics have rectified images.");
   if (settings.input == "disparity" && !settings.are_rectified) {
     throw ConfigError{"parameter rectified: false (allowed true, since disparities are of rectified images)."};
   }
@@ -162,11 +165,11 @@ Settings declare_settings(rclcpp_lifecycle::LifecycleNode& node) {
   settings.messages.vehicle_frame =
       text("vehicle_frame", "stereo_grid", "Published frame on the road below the left camera.");
   settings.messages.camera_frame = settings.messages.vehicle_frame + "_left_optical";
-  declare_field(node, "value_scale", "Values of occupancy grids: percent, trinary, nav2 or autoware.",
-                settings.messages.scale);
-  settings.messages.topics = declared(node, "topics", std::vector<std::string>{}, "Published topics; empty: all.");
+  read_field(node, "value_scale", "Values of occupancy grids: percent, trinary, nav2 or autoware.",
+             settings.messages.scale);
+  settings.messages.topics = value_of(node, "topics", std::vector<std::string>{}, "Published topics; empty: all.");
   settings.messages.points_voxel_m =
-      declared(node, "points_voxel", settings.messages.points_voxel_m,
+      value_of(node, "points_voxel", settings.messages.points_voxel_m,
                "Side of the voxels with one point each in clouds of points, m; 0: all points.", "0, or 0.01 to 10");
   check(settings.messages);
   return settings;

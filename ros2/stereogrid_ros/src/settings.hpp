@@ -23,7 +23,6 @@ struct Settings {
   stereogrid::Config config;
   stereogrid::PipelineOptions pipeline;
   stereogrid::messages::FrameMessagesOptions messages;
-  bool is_autostarted{true};
   std::string input;                  ///< stereo, depth, disparity
   std::string image_transport;        ///< raw, compressed
   std::string depth_image_transport;  ///< raw, compressedDepth, compressed
@@ -35,9 +34,12 @@ struct Settings {
   std::chrono::nanoseconds transform_tolerance{};
 };
 
-/// Declares each parameter of stereogrid::Config as "group.name" with its range and description, and the node's own
-/// ones. Throws stereogrid::ConfigError: all invalid values.
-[[nodiscard]] Settings declare_settings(rclcpp_lifecycle::LifecycleNode& node);
+/// Parameter autostart, declared if it is not yet. Throws stereogrid::ConfigError: not a boolean.
+[[nodiscard]] bool is_autostarted(rclcpp_lifecycle::LifecycleNode& node);
+
+/// Each parameter of stereogrid::Config as "group.name", and the node's own ones; those that are not yet declared are
+/// declared with range and description. Throws stereogrid::ConfigError: all invalid values.
+[[nodiscard]] Settings read_settings(rclcpp_lifecycle::LifecycleNode& node);
 
 /// Throws stereogrid::InputError: binning, or a region of interest.
 [[nodiscard]] stereogrid::io::RosCamera camera_of(const sensor_msgs::msg::CameraInfo& info, const std::string& name);

@@ -33,9 +33,9 @@ std::int64_t nanoseconds(T instant) {
 
 StereoGridNode::StereoGridNode(const rclcpp::NodeOptions& options)
     : LifecycleNode{"stereo_grid", options},
-      settings_{declare_settings(*this)},
       clock_ns_{nanoseconds(std::chrono::system_clock::now()) - nanoseconds(Clock::now())} {
-  if (!settings_.is_autostarted) return;
+  if (!is_autostarted(*this)) return;
+  static_cast<void>(read_settings(*this));  // throws, so that a container's client receives the reason
   configure();
   activate();
 }
@@ -45,6 +45,12 @@ StereoGridNode::~StereoGridNode() {
 }
 
 StereoGridNode::CallbackReturn StereoGridNode::on_configure(const rclcpp_lifecycle::State& /*previous*/) {
+  try {
+    settings_ = read_settings(*this);
+  } catch (const stereogrid::ConfigError& error) {
+    RCLCPP_ERROR(get_logger(), "%s", error.what());
+    return CallbackReturn::FAILURE;
+  }
   transforms_.emplace(get_clock());
   listener_.emplace(*transforms_, this);  // with the node's remappings
   return CallbackReturn::SUCCESS;

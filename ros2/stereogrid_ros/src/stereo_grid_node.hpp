@@ -88,7 +88,8 @@ class PublisherSink final : public stereogrid::messages::Sink {
 /// or disparity; publishes grids while active.
 class StereoGridNode final : public rclcpp_lifecycle::LifecycleNode {
  public:
-  /// Active afterwards, unless the parameter autostart is false. Throws stereogrid::ConfigError: invalid parameters.
+  /// Active afterwards, unless the parameter autostart is false. Throws stereogrid::ConfigError: invalid parameters,
+  /// with autostart; without, on_configure() fails.
   explicit StereoGridNode(const rclcpp::NodeOptions& options = rclcpp::NodeOptions{});
   ~StereoGridNode() override;
 
@@ -145,7 +146,7 @@ class StereoGridNode final : public rclcpp_lifecycle::LifecycleNode {
              const stereogrid::Rig& rig);
   [[nodiscard]] std::vector<stereogrid::messages::Dropped> dropped_by(const Pair& pair) const;
 
-  const Settings settings_;
+  Settings settings_;  // read by the last on_configure()
   PublisherSink sink_{*this};
   std::optional<tf2_ros::Buffer> transforms_;  // from configuration to cleanup
   std::optional<tf2_ros::TransformListener> listener_;

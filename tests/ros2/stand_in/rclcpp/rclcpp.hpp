@@ -99,6 +99,7 @@ void log(const char* format, Arguments... arguments) {
 
 #define RCLCPP_INFO(logger, ...) ((void)(logger), stand_in::log(__VA_ARGS__))
 #define RCLCPP_WARN(logger, ...) ((void)(logger), stand_in::log(__VA_ARGS__))
+#define RCLCPP_ERROR(logger, ...) ((void)(logger), stand_in::log(__VA_ARGS__))
 #define RCLCPP_FATAL(logger, ...) ((void)(logger), stand_in::log(__VA_ARGS__))
 #define RCLCPP_WARN_THROTTLE(logger, clock, period_ms, ...) \
   ((void)(logger), (void)(clock), (void)(period_ms), stand_in::log(__VA_ARGS__))
@@ -340,8 +341,8 @@ class Node {
   rcl_interfaces::msg::SetParametersResult set_parameter(const Parameter& changed) {
     Declared& declared{declared_.at(changed.get_name())};
     const ParameterValue& value{changed.get_parameter_value()};
-    const bool is_allowed{!declared.descriptor.read_only && value.get_type() == declared.value.get_type() &&
-                          is_within(value, declared.descriptor)};
+    const bool is_type{declared.descriptor.dynamic_typing || value.get_type() == declared.value.get_type()};
+    const bool is_allowed{!declared.descriptor.read_only && is_type && is_within(value, declared.descriptor)};
     if (is_allowed) declared.value = value;
     return {is_allowed, is_allowed ? "" : changed.get_name() + " is read-only, of another type or out of range"};
   }
