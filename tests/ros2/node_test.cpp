@@ -148,6 +148,7 @@ TEST_F(Ros2Node, RefusesParametersThatDoNotFit) {
   EXPECT_THAT(refusal({"pair_tolerance", -1.0}), HasSubstr("pair_tolerance"));
   EXPECT_THAT(refusal({"topics", std::vector<std::string>{"scan", "grids"}}), HasSubstr("There is no topic \"grids\""));
   EXPECT_THAT(refusal({"points_voxel", -1.0}), HasSubstr("voxels"));
+  EXPECT_THAT(refusal({"value_scale", std::string{"autoware"}}), HasSubstr("global_frame: odom (allowed map"));
 }
 
 TEST_F(Ros2Node, ReadsParametersWhenItIsConfigured) {

@@ -95,7 +95,16 @@ void add_message_options(Command command, MessageOptions& options) {
 }
 
 void check(const MessageOptions& options, const Rig& rig) {
-  if (options.ros2.publishes) check(options.ros2);
+  if (options.ros2.publishes) {
+    const std::string world_frame{sent_by(options).world_frame};
+    if (options.scale == OccupancyScale::autoware && world_frame != "map") {
+      throw ConfigError{fmt::format(
+          "--value-scale autoware: grids would be in the frame {} (allowed map, in which Autoware reads them). Give "
+          "--ros2-frames map,stereo_grid, and poses of map, such as --poses tf.",
+          world_frame)};
+    }
+    check(options.ros2);
+  }
   if (!options.mavlink.empty()) static_cast<void>(MavlinkSender{options.mavlink});
   messages::Tee nowhere{{}};
   static_cast<void>(messages::FrameMessages{nowhere, rig, {.points_voxel_m = options.points_voxel_m}});

@@ -167,6 +167,10 @@ Settings read_settings(rclcpp_lifecycle::LifecycleNode& node) {
   settings.messages.camera_frame = settings.messages.vehicle_frame + "_left_optical";
   read_field(node, "value_scale", "Values of occupancy grids: percent, trinary, nav2 or autoware.",
              settings.messages.scale);
+  if (settings.messages.scale == stereogrid::OccupancyScale::autoware && settings.global_frame != "map") {
+    throw ConfigError{"parameter global_frame: " + settings.global_frame +
+                      " (allowed map with value_scale autoware, since Autoware reads its grids in map)."};
+  }
   settings.messages.topics = value_of(node, "topics", std::vector<std::string>{}, "Published topics; empty: all.");
   settings.messages.points_voxel_m =
       value_of(node, "points_voxel", settings.messages.points_voxel_m,

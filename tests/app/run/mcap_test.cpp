@@ -180,6 +180,9 @@ TEST_F(RunMcap, HasTheScaleThatWasAskedFor) {
     EXPECT_EQ(least, 1);
     EXPECT_LE(most, 99);
   }
+  EXPECT_THAT(errors_of(64, {"run", small_scene("corridor", "&frames=1"), "--out", *folder / "autoware", "--ros2",
+                             "--value-scale", "autoware"}),
+              HasSubstr("grids would be in the frame odom (allowed map, in which Autoware reads them)"));
 }
 
 TEST_F(RunMcap, CountsTheFramesThatWereLeftOut) {
