@@ -56,7 +56,7 @@ class STEREOGRID_EXPORT Outline {
 
  private:
   std::array<Point2, points_max> points_{};
-  std::size_t size_{0};
+  std::uint64_t size_{0};  // 64 bits on every machine: no padding
 };
 
 /// Tracked object, boundary or drop. Positions in the vehicle frame of the same instant; velocities relative to the

@@ -43,7 +43,7 @@ void VoxelFilter::keep_first_of_each(std::vector<LabelledPoint>& points, double 
   voxels_.assign(size, empty);
   std::erase_if(points, [&](const LabelledPoint& point) {
     const std::uint64_t voxel{voxel_of(point, voxel_m)};
-    std::size_t place{voxel * golden_ratio >> shift};
+    auto place{static_cast<std::size_t>(voxel * golden_ratio >> shift)};
     while (voxels_[place] != empty && voxels_[place] != voxel) place = (place + 1) % size;
     const bool has_point{voxels_[place] == voxel};
     voxels_[place] = voxel;
