@@ -102,33 +102,33 @@ def shown(command: list) -> str:
     return " ".join("".join(map(name_of, re.split("([,=])", part))) for part in command)
 
 
-def arguments(given: list) -> argparse.Namespace:
+def arguments(words: list) -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("name")
     for text in TEXTS:
         parser.add_argument(f"--{text}")
-    end = given.index("--") if "--" in given else len(given)
-    parsed = parser.parse_args(given[:end])
-    parsed.command = given[end + 1:]
+    end = words.index("--") if "--" in words else len(words)
+    parsed = parser.parse_args(words[:end])
+    parsed.command = words[end + 1:]
     if not parsed.command:
         parser.error("which command?")
     return parsed
 
 
 def main() -> int:
-    given = arguments(sys.argv[1:])
+    options = arguments(sys.argv[1:])
     measurements = results.load()
-    measurement = measurements.get(given.name, {})
+    measurement = measurements.get(options.name, {})
     for text in TEXTS:
-        measurement[text] = getattr(given, text) or measurement.get(text)
+        measurement[text] = getattr(options, text) or measurement.get(text)
         if not measurement[text]:
-            print(f"{given.name} is new: give --{text}.", file=sys.stderr)
+            print(f"{options.name} is new: give --{text}.", file=sys.stderr)
             return 64
     measured = commit()
     if not measured:
         print("The working tree has changes that are not committed. Commit them, then measure.", file=sys.stderr)
         return 64
-    run = subprocess.run(given.command, stdout=subprocess.PIPE, text=True, check=False)
+    run = subprocess.run(options.command, stdout=subprocess.PIPE, text=True, check=False)
     print(run.stdout, end="")
     tables = tables_of(run.stdout)
     if run.returncode != 0 or not tables:
@@ -136,8 +136,8 @@ def main() -> int:
         return 1
     measurement |= {"date": datetime.date.today().isoformat(), "commit": measured,
                     "machine": machine() + gpus(),
-                    "command": shown(given.command), "tables": tables, "notes": []}
-    results.save(measurements | {given.name: measurement})
+                    "command": shown(options.command), "tables": tables, "notes": []}
+    results.save(measurements | {options.name: measurement})
     return 0
 
 
