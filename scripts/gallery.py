@@ -26,6 +26,8 @@ def page() -> str:
         lines += [f"## {title}", "", f'<p><a href="{name}/index.html">Open the run</a></p>', "", about, "", "```sh",
                   f"stereogrid run '{scene}'{''.join(' ' + word for word in options)} --out runs/{name} --mcap",
                   f"stereogrid export runs/{name} --web web/{name}", "```", ""]
+    lines += ["## Your own pair", "", '<p><a href="playground/index.html">Open the playground</a></p>', "",
+              "Two images and a calibration; the page computes the grid and uploads nothing ([the playground](live.md#the-playground)).", ""]
     return "\n".join(lines)
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from textwrap import indent
 
 import gallery
+import playground
 from constants import page as constants_page
 from latex2mathml.converter import convert
 from mkdocs.exceptions import PluginError
@@ -28,10 +29,15 @@ def on_files(files, config):
 
 
 def on_post_build(config):
+    folder = Path(config.site_dir) / "gallery"
     if program := gallery.tool():
-        gallery.make(program, Path(config.site_dir) / "gallery")
+        gallery.make(program, folder)
     else:
         logging.getLogger("mkdocs").info("The gallery has no runs: build the tool first, or name it in STEREOGRID.")
+    if program and playground.WASM.is_file():
+        playground.make(program, playground.WASM, folder / "playground")
+    else:
+        logging.getLogger("mkdocs").info("The gallery has no playground: build the tool and viewer/playground first.")
 
 
 def formula(latex: str) -> str:

@@ -16,8 +16,8 @@ const packedKinds = { velocity: 'Velocity', moving: 'Moving', age: 'Age', elevat
 
 const scheme = location.protocol === 'https:' ? 'wss' : 'ws';
 const recorded = element('recording'); // frames of `stereogrid export --web`; a server's page has none
-const connection = recorded ? new Recording(JSON.parse(recorded.textContent))
-                            : new Connection(`${scheme}://${location.host}/${location.search}`);
+export const connection = recorded ? new Recording(JSON.parse(recorded.textContent))
+                                   : new Connection(`${scheme}://${location.host}/${location.search}`);
 const latest = {}; // messages by what they are for
 let picked = null;
 

@@ -52,7 +52,7 @@ export class Player {
     const { frame, frames, time_s, playing, speed } = this.#state;
     if (Object.keys(this.#state).length < playerParameters.length) return;
     const { bar, play, slider, place } = this.elements;
-    bar.hidden = false;
+    bar.hidden = frames < 2;
     slider.max = frames - 1;
     if (performance.now() - this.#settled > 300) slider.value = frame; // not while it is dragged
     slider.setAttribute('aria-valuetext', `frame ${frame} of ${frames - 1}`);

@@ -4,7 +4,8 @@ import { MessageReader } from './cdr.js';
 
 const headerBytes = 8; // channel and length of a message, 32 bits each
 
-async function inflated(base64) {
+/** Bytes that `stereogrid export --web` has compressed. */
+export async function inflated(base64) {
   const packed = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream('deflate-raw'));
   return new Uint8Array(await new Response(stream).arrayBuffer());
@@ -20,12 +21,25 @@ export class Recording extends EventTarget {
   #shown = -1; // the frame whose messages were given last
   #player = { frame: 0, time_s: 0, playing: false, speed: 1, frames: 0, duration_s: 0 };
 
-  /** `frames`: of each frame the packed messages, in base64; `stamps`: in seconds; `channels`: {topic, type, definition}. */
-  constructor({ name, channels, stamps, frames }) {
+  /**
+   * `frames`: of each frame the messages, as bytes, or compressed and in base64; `stamps`: in seconds; `channels`: {topic, type,
+   * definition}.
+   */
+  constructor(recorded) {
     super();
+    this.#set(recorded);
+  }
+
+  /** Shows another run in place of this one. */
+  replace(recorded) {
+    this.#set(recorded);
+    return this.open();
+  }
+
+  #set({ name, channels, stamps, frames }) {
     Object.assign(this, { name, stamps, frames });
     this.channels = channels.map(({ topic, type, definition }) => ({ topic, reader: new MessageReader(type, definition) }));
-    Object.assign(this.#player, { frames: frames.length, duration_s: stamps.at(-1) - stamps[0] });
+    Object.assign(this.#player, { frame: 0, frames: frames.length, duration_s: stamps.at(-1) - stamps[0] });
   }
 
   async open() {
@@ -87,7 +101,8 @@ export class Recording extends EventTarget {
 
   async #show(frame) {
     try {
-      const bytes = await inflated(this.frames[frame]);
+      const packed = this.frames[frame];
+      const bytes = typeof packed === 'string' ? await inflated(packed) : packed;
       if (frame !== this.#player.frame && this.#shown >= 0) return; // another one is due by now
       this.#shown = frame;
       this.#give(bytes, this.stamps[frame]);

@@ -32,11 +32,19 @@ case $2 in
     read -r port <&"${server[0]}"
     arguments=("$port")
     ;;
-  viewer/*)
+  viewer/* | playground/*)
     chromium=$(command -v chromium || command -v chromium-browser || command -v google-chrome) || skip "there is no Chromium"
+    arguments+=("$chromium" "$PWD")
+    ;;&
+  viewer/*)
     rm -rf run street.mcap
     "$program" run "scene:street?frames=30" --out run --predict 0.5 --mcap street.mcap --quiet
-    arguments+=("$chromium" "$PWD")
+    ;;
+  playground/*)
+    cmake -S "$here/../../viewer/playground" -B wasm -G Ninja || skip "there is no clang for WebAssembly (viewer/playground/CMakeLists.txt)"
+    cmake --build wasm
+    rm -rf page
+    STEREOGRID=$program python3 "$here/../../scripts/playground.py" --wasm wasm/stereogrid.wasm page
     ;;
 esac
 cp "$here/$2" "$script"

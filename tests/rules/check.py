@@ -79,6 +79,7 @@ ROOMS = (
     Room("ros2", ("include", "odometry/include", "io/include", "messages/include", "capture/include", "ros2/stereogrid_nav2/src", "ros2/stereogrid_ros/src"),
          r"opencv2/.*|(geometry_msgs|nav2_costmap_2d|nav_msgs|pluginlib|rclcpp|rclcpp_components|rclcpp_lifecycle|sensor_msgs|stereo_msgs"
          r"|tf2_ros)/.*"),
+    Room("viewer/playground", ("include", "messages/include", "src"), "(?!)"),  # replaces files of the core
     Room("scenes", ("include", "scenes/include", "scenes"), TBB),
     Room("evaluation", ("include", "evaluation/include", "evaluation/src"), TBB),
     Room("research", ("include", "odometry/include", "io/include", "evaluation/include", "research"), r"nlohmann/.*"),

@@ -21,3 +21,4 @@ grep -q open_recording "$site/index.html"
 for run in crossing corridor ditch; do
   [ -z "${2:-}" ] || [ -s "$site/gallery/$run/index.html" ]
 done
+[ -z "${2:-}" ] || [ ! -f "$root/build/playground/stereogrid.wasm" ] || [ -s "$site/gallery/playground/index.html" ]
