@@ -58,4 +58,8 @@ if __name__ == "__main__":
     parser.add_argument("--wasm", type=Path, default=WASM, help="default: that of build/playground")
     parser.add_argument("folder", type=Path, help="gets index.html")
     options = parser.parse_args()
-    make(gallery.tool(), options.wasm, options.folder)
+    if not (tool := gallery.tool()):
+        parser.error("The tool is missing. Build it, or name it in STEREOGRID.")
+    if not options.wasm.is_file():
+        parser.error(f"{options.wasm} is missing. Build it (viewer/playground/CMakeLists.txt).")
+    make(tool, options.wasm, options.folder)

@@ -63,17 +63,16 @@ TO_PAGE(allocate) void* allocate(std::size_t bytes) {
 }
 
 /// Sends the messages of a first frame to the page. `left`, `right`: rows of `width` × `height` pixels, RGBA; `jpeg`:
-/// the left image. `height_m`: NaN for extrinsics that are estimated, which ignores `pitch_rad`. Other values as in
+/// the left image. `height_m`: NaN for extrinsics that are estimated, which ignores both angles. Other values as in
 /// Rig. Errors of the library reach page_fail().
 TO_PAGE(process)
 void process(const std::uint8_t* left, const std::uint8_t* right, int width, int height, const std::byte* jpeg,
              std::size_t jpeg_size, double focal_px, double cx_px, double cy_px, double baseline_m, double height_m,
-             double pitch_rad, bool is_robot) {
+             double pitch_rad, double roll_rad, bool is_robot) {
   using namespace stereogrid;
-  Rig rig{width, height, focal_px, cx_px, cy_px, baseline_m};
   const bool has_extrinsics{!std::isnan(height_m)};
-  if (has_extrinsics) rig.camera_height_m = height_m;
-  if (has_extrinsics) rig.camera_pitch_rad = pitch_rad;
+  Rig rig{width, height, focal_px, cx_px, cy_px, baseline_m, height_m, pitch_rad, roll_rad};
+  if (!has_extrinsics) rig = {width, height, focal_px, cx_px, cy_px, baseline_m};
   Config config{preset(is_robot ? "robot" : "default")};
   config.tracking.confirm_frames = 1;  // there is no other frame
   Pipeline pipeline{config, rig, {.stages = false, .extrinsics_given = has_extrinsics}};

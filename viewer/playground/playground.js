@@ -41,7 +41,7 @@ async function computed(left, right, jpeg, rig) {
   };
   exports._initialize();
   process(placed(left.data), placed(right.data), left.width, left.height, placed(jpeg), jpeg.length, rig.focal_px, rig.cx_px, rig.cy_px,
-    rig.baseline_m, rig.camera_height_m, rig.camera_pitch_rad || 0, panel.elements.preset.value === 'robot');
+    rig.baseline_m, rig.camera_height_m, rig.camera_pitch_rad || 0, rig.camera_roll_rad || 0, panel.elements.preset.value === 'robot');
   return { channels, stamps: [0], frames: [new Uint8Array(await new Blob(parts).arrayBuffer())] };
 }
 
@@ -68,13 +68,19 @@ function calibrationIn(text) {
 }
 
 const rigFields = [...panel.querySelectorAll('input[type=number]')];
+let calibratedSize = {}; // {width_px, height_px} of the calibration; missing: unknown
 
 function fill(calibration) {
   for (const field of rigFields) field.value = calibration[field.name] ?? '';
+  calibratedSize = { width_px: calibration.width_px, height_px: calibration.height_px };
 }
 
 /** Numbers of the fields; the principal point is the middle where it is left out. */
 function rigFor({ width, height }) {
+  const { width_px = width, height_px = height } = calibratedSize;
+  if (width_px !== width || height_px !== height) {
+    throw new Error(`The calibration is for ${width_px} × ${height_px} px, the images have ${width} × ${height} px.`);
+  }
   const rig = Object.fromEntries(rigFields.map((field) => [field.name, field.valueAsNumber]));
   if (Number.isNaN(rig.focal_px) || Number.isNaN(rig.baseline_m)) throw new Error('Give the focal length and the baseline, or a calibration.');
   if (Number.isNaN(rig.cx_px)) rig.cx_px = (width - 1) / 2;
@@ -131,6 +137,7 @@ async function useSample() {
 for (const name of ['left', 'right']) {
   panel.elements[name].addEventListener('change', ({ target }) => { [pair[name]] = target.files; });
 }
+for (const field of rigFields) field.addEventListener('input', () => { calibratedSize = {}; });
 panel.elements.calibration.addEventListener('change', ({ target }) => receive([...target.files]));
 panel.elements.sample.addEventListener('click', useSample);
 panel.addEventListener('submit', (event) => { event.preventDefault(); compute(); });

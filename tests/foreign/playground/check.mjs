@@ -131,6 +131,24 @@ async function checkFiles(page) {
   await page.screenshot({ path: `${folder}/playground-ditch.png` });
 }
 
+/** Files that are dropped: the images in the order of their names. */
+async function checkDrop(page) {
+  const { left, right, calibration } = simulated("scene:crossing?width=400&height=300&frames=9", "crossing");
+  const files = Object.entries({ "r.png": right, "l.png": left, "calibration.yaml": calibration })
+    .map(([name, path]) => ({ name, base64: readFileSync(path).toString("base64") }));
+  await page.evaluate(async (dropped) => {
+    const dataTransfer = new DataTransfer();
+    for (const { name, base64 } of dropped) {
+      dataTransfer.items.add(new File([await (await fetch(`data:;base64,${base64}`)).blob()], name));
+    }
+    document.body.dispatchEvent(new DragEvent("drop", { bubbles: true, cancelable: true, dataTransfer }));
+  }, files);
+  await page.waitForFunction(() => document.getElementById("outcome").textContent === "l.png, r.png");
+  await page.locator("[name=preset]").selectOption("default");
+  secondsIn(await outcomeOf(page, "Compute"));
+  await compare(page, { left, right, calibration });
+}
+
 /** KITTI's calibration, and messages of errors: of the page and of the library. */
 async function checkFields(page) {
   const value = (name) => page.locator(`[name=${name}]`).inputValue();
@@ -140,6 +158,10 @@ async function checkFields(page) {
   assert.deepStrictEqual(await Promise.all(["cx_px", "cy_px", "baseline_m"].map(value)), ["600", "180", "0.54"]);
   await page.locator("[name=baseline_m]").fill("540");
   assert.match(await outcomeOf(page, "Compute"), /rig: .*baseline/i);
+  await page.locator("[name=calibration]").setInputFiles({ name: "c.yaml", mimeType: "text/plain",
+    buffer: Buffer.from("image: {width_px: 640, height_px: 480}\nfocal_px: 700\nbaseline_m: 0.54\nmount: {camera_roll_rad: 0.01}\n") });
+  await page.waitForFunction(() => document.querySelector("[name=camera_roll_rad]").value === "0.01");
+  assert.match(await outcomeOf(page, "Compute"), /for 640 × 480 px, the images have 400 × 300 px/);
   await page.locator("[name=baseline_m]").fill("");
   assert.match(await outcomeOf(page, "Compute"), /Give the focal length and the baseline/);
   secondsIn(await outcomeOf(page, "Sample pair")); // an error leaves the page usable
@@ -158,6 +180,7 @@ console.log(`${(compressed / 1e6).toFixed(2)} MB compressed`);
 assert.ok(compressed <= bytesMax);
 await checkSample(page);
 await checkFiles(page);
+await checkDrop(page);
 await checkFields(page);
 assert.deepStrictEqual(faults, []);
 await browser.close();
