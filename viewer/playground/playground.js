@@ -5,7 +5,6 @@ import { inflated } from './recording.js';
 const panel = document.getElementById('pair');
 const outcome = document.getElementById('outcome');
 const data = JSON.parse(document.getElementById('playground').textContent); // made by scripts/playground.py
-const headerBytes = 8; // as in recording.js
 const compiled = inflated(data.wasm).then((bytes) => WebAssembly.compile(bytes));
 
 /**
@@ -83,6 +82,9 @@ function rigFor({ width, height }) {
   }
   const rig = Object.fromEntries(rigFields.map((field) => [field.name, field.valueAsNumber]));
   if (Number.isNaN(rig.focal_px) || Number.isNaN(rig.baseline_m)) throw new Error('Give the focal length and the baseline, or a calibration.');
+  if (Number.isNaN(rig.camera_height_m) && (rig.camera_pitch_rad || rig.camera_roll_rad)) {
+    throw new Error('Give the height of the camera, too, or neither pitch nor roll: all three are then estimated.');
+  }
   if (Number.isNaN(rig.cx_px)) rig.cx_px = (width - 1) / 2;
   if (Number.isNaN(rig.cy_px)) rig.cy_px = (height - 1) / 2;
   return rig;

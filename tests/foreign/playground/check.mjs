@@ -162,6 +162,8 @@ async function checkFields(page) {
     buffer: Buffer.from("image: {width_px: 640, height_px: 480}\nfocal_px: 700\nbaseline_m: 0.54\nmount: {camera_roll_rad: 0.01}\n") });
   await page.waitForFunction(() => document.querySelector("[name=camera_roll_rad]").value === "0.01");
   assert.match(await outcomeOf(page, "Compute"), /for 640 × 480 px, the images have 400 × 300 px/);
+  await page.locator("[name=baseline_m]").fill("0.5"); // fields are for any size
+  assert.match(await outcomeOf(page, "Compute"), /Give the height of the camera/);
   await page.locator("[name=baseline_m]").fill("");
   assert.match(await outcomeOf(page, "Compute"), /Give the focal length and the baseline/);
   secondsIn(await outcomeOf(page, "Sample pair")); // an error leaves the page usable
