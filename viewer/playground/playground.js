@@ -62,7 +62,8 @@ function calibrationIn(text) {
     return { focal_px: left[0], cx_px: left[2], cy_px: left[6], baseline_m: (left[3] - right[3]) / left[0] };
   }
   const found = Object.fromEntries([...text.matchAll(/(\w+): *([-+\d.eE]+)/g)].map(([, key, value]) => [key, Number(value)]));
-  if (!found.focal_px) throw new Error('The calibration has neither focal_px, as calibration.yaml, nor P0 and P1, as KITTI\'s calib.txt.');
+  const missing = ['focal_px', 'cx_px', 'cy_px', 'baseline_m'].filter((key) => !Number.isFinite(found[key]));
+  if (missing.length > 0) throw new Error(`The calibration has neither ${missing.join(', ')}, as calibration.yaml, nor P0 and P1, as KITTI's calib.txt.`);
   return found;
 }
 

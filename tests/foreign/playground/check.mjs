@@ -158,8 +158,11 @@ async function checkFields(page) {
   assert.deepStrictEqual(await Promise.all(["cx_px", "cy_px", "baseline_m"].map(value)), ["600", "180", "0.54"]);
   await page.locator("[name=baseline_m]").fill("540");
   assert.match(await outcomeOf(page, "Compute"), /rig: .*baseline/i);
-  await page.locator("[name=calibration]").setInputFiles({ name: "c.yaml", mimeType: "text/plain",
-    buffer: Buffer.from("image: {width_px: 640, height_px: 480}\nfocal_px: 700\nbaseline_m: 0.54\nmount: {camera_roll_rad: 0.01}\n") });
+  const yaml = "image: {width_px: 640, height_px: 480}\nfocal_px: 700\ncx_px: 320\nbaseline_m: 0.54\nmount: {camera_roll_rad: 0.01}\n";
+  const give = (text) => page.locator("[name=calibration]").setInputFiles({ name: "c.yaml", mimeType: "text/plain", buffer: Buffer.from(text) });
+  await give(yaml);
+  await page.waitForFunction(() => /has neither cy_px, as/.test(document.getElementById("outcome").textContent));
+  await give(`${yaml}cy_px: 240\n`);
   await page.waitForFunction(() => document.querySelector("[name=camera_roll_rad]").value === "0.01");
   assert.match(await outcomeOf(page, "Compute"), /for 640 × 480 px, the images have 400 × 300 px/);
   await page.locator("[name=baseline_m]").fill("0.5"); // fields are for any size
