@@ -35,6 +35,7 @@ async function computed(left, right, jpeg, rig) {
   const { memory, allocate, process } = exports;
   const placed = (bytes) => {
     const at = allocate(bytes.length);
+    if (at === 0) throw new Error('There is too little memory for these images.');
     bytesAt(at, bytes.length).set(bytes);
     return at;
   };
