@@ -67,7 +67,7 @@ bool Sweeps::exist() const {
 }
 
 void Sweeps::require(const std::string& instead) const {
-  if (recording_ == nullptr) throw InputError{"A built-in scene has no lidar sweeps. " + instead};
+  if (recording_ == nullptr) throw InputError{"The input has no lidar sweeps. " + instead};
   const io::RecordingContents& contents{recording_->contents()};
   if (!recording_->has_scans()) throw InputError{io::printable_path(contents.root), "has no lidar sweeps.", instead};
   if (!contents.calibration.camera_from_velodyne) {
@@ -100,19 +100,21 @@ FusedSource fused_source(const std::string& name) {
 }
 
 FusionStage::FusionStage(FusedSource source, const Input& input, const GridGeometry& grid)
-    : source_{source}, recording_{input.recording}, sweeps_{input.recording}, grid_{grid} {
+    : source_{source}, grid_at_{input.grid_at}, recording_{input.recording}, sweeps_{input.recording}, grid_{grid} {
   if (source == FusedSource::lidar) {
     sweeps_.require(input.recording == nullptr ? "Leave --fuse out."
                                                : "Put KITTI's folder velodyne/ (raw drives: velodyne_points/) beside "
                                                  "the images, or leave --fuse out.");
   }
   if (source == FusedSource::labels && (recording_ == nullptr || recording_->contents().labels.empty())) {
-    throw InputError{recording_ == nullptr ? "A built-in scene" : io::printable_path(recording_->contents().root),
+    throw InputError{recording_ == nullptr ? "The input" : io::printable_path(recording_->contents().root),
                      "has no labels.",
                      "Put label images in labels/ and 'labels' in calibration.yaml, or leave --fuse out."};
   }
-  if (source != FusedSource::grids) return;
-  if (recording_ == nullptr) throw InputError{"Only bags of ROS 2 have grids of other sources. Leave --fuse out."};
+  if (source != FusedSource::grids || grid_at_) return;
+  if (recording_ == nullptr) {
+    throw InputError{"Only bags and topics of ROS 2 have grids of other sources. Leave --fuse out."};
+  }
   const io::RecordingContents& contents{recording_->contents()};
   if (!contents.grids_source.empty()) return;
   const std::string& reason{contents.why_no_grids};
@@ -121,14 +123,13 @@ FusionStage::FusionStage(FusedSource source, const Input& input, const GridGeome
                    "Record them with the images, or leave --fuse out."};
 }
 
-std::optional<ObservedGrid> FusionStage::grid_of(const StereoFrame& frame, const Rig& rig) const {
-  const auto index{static_cast<std::size_t>(frame.index)};
+std::optional<ObservedGrid> FusionStage::grid_of(const StereoFrame& frame, std::size_t index, const Rig& rig) const {
   if (source_ == FusedSource::labels) {
     if (frame.labels.empty()) return std::nullopt;
     return label_grid(frame.labels, rig, grid_);
   }
   if (source_ == FusedSource::grids) {
-    const std::optional<io::PlacedGrid> grid{recording_->load_grid(index)};
+    const std::optional<io::PlacedGrid> grid{grid_at_ ? grid_at_(frame) : recording_->load_grid(index)};
     if (!grid) return std::nullopt;
     return resampled(*grid, grid_);
   }
@@ -138,10 +139,10 @@ std::optional<ObservedGrid> FusionStage::grid_of(const StereoFrame& frame, const
                       evaluation::lidar_grid(points, sweeps_.lidar_in_camera(), rig, grid_, rig.camera_height_m)};
 }
 
-std::optional<std::string> FusionStage::add_grid(StereoFrame& frame, const Rig& rig) const {
+std::optional<std::string> FusionStage::add_grid(StereoFrame& frame, std::size_t index, const Rig& rig) const {
   if (source_ == FusedSource::none) return std::nullopt;
   try {
-    std::optional<ObservedGrid> grid{grid_of(frame, rig)};
+    std::optional<ObservedGrid> grid{grid_of(frame, index, rig)};
     constexpr std::array missing{"", "no lidar sweep", "no grid within 0.1 s", "no labels"};
     if (!grid) return std::string{stereo_alone} + missing[static_cast<std::size_t>(source_)];
     frame.other_grids.push_back(std::move(*grid));

@@ -78,21 +78,22 @@ constexpr std::array<std::string_view, 4> names_of(FusedSource) {
 /// Throws ConfigError: no such source.
 [[nodiscard]] FusedSource fused_source(const std::string& name);
 
-/// Adds the grid of another source to frames, before the pipeline (`run --fuse`).
+/// Adds the grid of another source to frames, before the pipeline (--fuse).
 class FusionStage {
  public:
   /// `grid`: geometry of the grids that are added. Throws InputError where the input lacks the source.
   FusionStage(FusedSource source, const Input& input, const GridGeometry& grid);
 
   /// Adds the grid that an inverse sensor model makes of the frame's sweep, the camera being mounted as `rig` says; or
-  /// the grid that was recorded, or label_grid() of the frame. Returns a warning where there is none: `stereo_alone`
-  /// and the reason.
-  [[nodiscard]] std::optional<std::string> add_grid(StereoFrame& frame, const Rig& rig) const;
+  /// the grid of another program, or label_grid() of the frame. `index`: of the frame in the recording. Returns a
+  /// warning where there is none: `stereo_alone` and the reason.
+  [[nodiscard]] std::optional<std::string> add_grid(StereoFrame& frame, std::size_t index, const Rig& rig) const;
 
  private:
-  [[nodiscard]] std::optional<ObservedGrid> grid_of(const StereoFrame& frame, const Rig& rig) const;
+  [[nodiscard]] std::optional<ObservedGrid> grid_of(const StereoFrame& frame, std::size_t index, const Rig& rig) const;
 
   FusedSource source_;
+  decltype(Input::grid_at) grid_at_;
   const io::Recording* recording_;
   Sweeps sweeps_;
   GridGeometry grid_;

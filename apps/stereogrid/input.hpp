@@ -3,7 +3,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,6 +15,7 @@
 
 namespace stereogrid::io {
 struct Calibration;
+struct PlacedGrid;
 class Recording;
 }  // namespace stereogrid::io
 namespace stereogrid::scenes {
@@ -43,6 +46,8 @@ struct InputOptions {
 };
 
 void add_input_options(Command command, InputOptions& options);
+/// --fuse, with the names of FusedSource.
+void add_fuse_option(Command command, std::string& fuse);
 
 /// Source of the poses.
 enum class PoseSource { input, none, odometry };
@@ -55,6 +60,8 @@ struct Input {
   PoseSource poses{PoseSource::input};
   Image<std::uint8_t> mask{};    ///< PipelineOptions::mask
   bool extrinsics_given{false};  ///< PipelineOptions::extrinsics_given
+  /// Grid of another source at the time of a live frame, in the vehicle frame. None: only recordings have grids.
+  std::function<std::optional<io::PlacedGrid>(const StereoFrame&)> grid_at{};
 };
 
 /// Throws InputError, ConfigError.

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "cli/program.hpp"
+#include "frame_stages.hpp"
 #include "input.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/calibration.hpp"
@@ -69,6 +70,16 @@ void add_input_options(Command command, InputOptions& options) {
       .add_option("--pair-tolerance-ms MS", options.pair_tolerance_ms,
                   "Maximum stamp difference of a pair, for a bag or two cameras.")
       .check(number(0, 1000))
+      .show_default();
+}
+
+void add_fuse_option(Command command, std::string& fuse) {
+  constexpr auto sources{names_of(FusedSource{})};
+  command
+      .add_option("--fuse", fuse,
+                  "Fuse the stereo grid with that of another source (fusion.*): the input's lidar sweeps, the grids of "
+                  "a bag or of topics (nav_msgs/OccupancyGrid, GridCells), or its label images.")
+      .one_of({sources.begin(), sources.end()})
       .show_default();
 }
 

@@ -77,7 +77,7 @@ std::optional<LiveFrame> Replay::next(std::chrono::milliseconds patience) {
     throw InputError{played->queued.error};
   }
   const bool resets_before{played->round != std::exchange(last_round_, played->round)};
-  LiveFrame live{std::move(*played->queued.frame), played->captured, resets_before};
+  LiveFrame live{std::move(*played->queued.frame), played->captured, resets_before, played->queued.index};
   live.frame.index = given_++;
   return live;
 }

@@ -128,7 +128,8 @@ class RunWriter {
   [[nodiscard]] ResultObject fused(const Frame& frame) {
     Frame with_grid{frame};
     const std::optional<std::string> warning{
-        fusion_.add_grid(with_grid.data, pipeline_.exclusively([](const Pipeline& p) { return p.next_rig(); }))};
+        fusion_.add_grid(with_grid.data, static_cast<std::size_t>(frame.data.index),
+                         pipeline_.exclusively([](const Pipeline& p) { return p.next_rig(); }))};
     ResultObject result{pipeline_.process(with_grid)};
     if (warning) nb::cast<Result&>(result).data.warnings.push_back({*warning});
     return result;

@@ -153,12 +153,11 @@ io::ImagePair BagImages::load(std::size_t index) const {
 }
 
 std::optional<io::PlacedGrid> BagImages::load_grid(std::size_t index) const {
-  constexpr std::int64_t oldest_ns{100'000'000};
   const Shot& image{pairs_.at(index).first};
   const auto find = [&](const std::vector<Shot>& shots, const Shot& to) -> const Shot* {
     if (shots.empty()) return nullptr;
     const Shot& shot{shots[nearest(shots, to)]};
-    return apart_ns(shot, to) <= oldest_ns ? &shot : nullptr;
+    return apart_ns(shot, to) <= grid_tolerance_ns ? &shot : nullptr;
   };
   const Shot* const cells{find(grids_.cells, image)};
   if (cells == nullptr) return std::nullopt;

@@ -151,9 +151,13 @@ std::optional<Pose2> camera_in_vehicle(TransformBuffer& transforms, const std::s
                                        const std::string& camera_frame) {
   constexpr std::chrono::milliseconds at_once{0};
   if (camera_frame.empty() || !transforms.are_connected(vehicle_frame, camera_frame, at_once)) return std::nullopt;
-  const cv::Affine3d transform{transforms.newest(vehicle_frame, camera_frame, at_once)};
+  return camera_in_vehicle(transforms.newest(vehicle_frame, camera_frame, at_once));
+}
+
+Pose2 camera_in_vehicle(const cv::Affine3d& vehicle_from_camera) {
   constexpr double upright{0.7};  // vertical component of z, cos 45°
-  return transform.matrix(2, 2) > upright ? pose_of_vehicle(transform) : pose_of_camera(transform);
+  return vehicle_from_camera.matrix(2, 2) > upright ? pose_of_vehicle(vehicle_from_camera)
+                                                    : pose_of_camera(vehicle_from_camera);
 }
 
 BagPoses poses_of(const mcap::Bag& bag) {

@@ -115,6 +115,13 @@ void find_grids(io::ForeignRecording& found, BagImages& images, const mcap::Bag&
   const auto camera{is_of_image ? std::nullopt : camera_in_vehicle(transforms, frame, camera_frame)};
   grids.is_in_world = !camera && !frame.empty() && frame == world_frame && found.poses.size() > 1;
   if (camera) grids.base_from_grid = inverse(*camera);
+  if (const bool is_fixed{frame == "map" || frame == "odom" || frame == world_frame};
+      is_fixed && !camera && !grids.is_in_world) {
+    found.grids_source.clear();
+    found.why_no_grids = fmt::format("has grids in '{}' on {}, but no poses in that frame", io::printable(frame, 60),
+                                     io::printable(grids.topics.cells));
+    return;
+  }
   found.grids_source += fmt::format(" in '{}'", io::printable(frame, 60));
   if (!camera && !grids.is_in_world) {
     found.grids_source += ", taken as that of the point below the left camera, x ahead";

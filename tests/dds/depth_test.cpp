@@ -147,6 +147,45 @@ TEST_F(DdsDepth, MayBeNamed) {
                     "ros2:/a", " --left-topic /a/images --right-topic /b/measured");
 }
 
+// A bar across free ground, 3 m ahead. It comes before the images of its instant.
+TEST_F(DdsDepth, GridsOfTheCameraAreFused) {
+  const auto entries_with = [](std::int8_t value) {
+    messages::nav_msgs::OccupancyGrid grid;
+    grid.header = header(0);
+    grid.info.resolution = 0.5F;
+    grid.info.width = 2;
+    grid.info.height = 8;
+    grid.info.origin.position = {3, -2, 0};
+    grid.data.assign(16, value);
+    Entries entries{entries_of("/camera/left/image_rect", "/camera/depth/depth_registered", metres())};
+    entries.insert(entries.begin(), entry("/camera/occupancy", start_ns, grid));
+    return entries;
+  };
+  const auto occupied_with = [&](std::int8_t value) {
+    std::string output;
+    write_mcap(bag(), at(entries_with(value), instant_of(0)));
+    const auto grids{grids_of(bag().string(), " --fuse grids", output)};
+    EXPECT_FALSE(grids.empty()) << output;
+    return grids.empty() ? 0 : std::ranges::count_if(grids[0], [](std::int8_t cell) { return cell > 50; });
+  };
+  EXPECT_GT(occupied_with(100), occupied_with(-1) + 10);
+  expect_same_grids(entries_with(100), "grids of /camera/occupancy", "ros2:/camera", " --fuse grids");
+}
+
+TEST_F(DdsDepth, GridsWithoutAPlaceAreNotGuessed) {
+  Entries entries{entries_of("/camera/left/image_rect", "/camera/depth/depth_registered", metres())};
+  messages::nav_msgs::OccupancyGrid grid;
+  grid.header = header(0);
+  grid.header.frame_id = "map";
+  grid.info.resolution = 0.5F;
+  grid.info.width = grid.info.height = 1;
+  grid.data = {100};
+  entries.push_back(entry("/camera/occupancy", start_ns, grid));
+  const Player player{entries};
+  Peer tool{live("ros2:/camera --fuse grids", 5)};
+  EXPECT_THAT(all_of(tool), HasSubstr("stereo alone: /tf: map and "));
+}
+
 TEST_F(DdsDepth, WithoutImagesIsNamed) {
   Entries entries{entries_of("/camera/left/image_rect", "/camera/disparity", disparities())};
   std::erase_if(entries, [](const Entry& one) { return one.topic == "/camera/left/image_rect"; });

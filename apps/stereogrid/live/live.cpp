@@ -79,8 +79,15 @@ class ResetRequest {
 /// Takes frames as they come through the pipeline to the viewers.
 class LiveLoop final : private capture::FrameHandler {
  public:
-  LiveLoop(const LiveInput& input, Pipeline& pipeline, MessageOutput& output, Page& page, ResetRequest& reset)
-      : input_{input}, placed_{input}, pipeline_{pipeline}, output_{output}, page_{page}, reset_{reset} {}
+  LiveLoop(const LiveInput& input, const FusionStage& fusion, Pipeline& pipeline, MessageOutput& output, Page& page,
+           ResetRequest& reset)
+      : input_{input},
+        fusion_{fusion},
+        placed_{input},
+        pipeline_{pipeline},
+        output_{output},
+        page_{page},
+        reset_{reset} {}
 
   void go_on() {
     service_.notify_ready();
@@ -124,11 +131,13 @@ class LiveLoop final : private capture::FrameHandler {
     std::optional<capture::PreparedFrame> placed{placed_.next(100ms)};
     log_fault(input_.source->fault());
     if (Clock::now() - reported_ >= report_every) report();
+    if (placed) fusion_warning_ = fusion_.add_grid(placed->frame, placed->recorded, pipeline_.next_rig());
     return placed;
   }
 
   void deliver(capture::PreparedFrame& placed, FrameResult& result) override {
     latency_ = latencies_.add(Clock::now() - placed.captured);
+    if (fusion_warning_) result.warnings.push_back({*fusion_warning_});
     log_warnings(result.warnings);
     count(placed.frame, result);
     send(placed.frame, result);
@@ -191,6 +200,7 @@ class LiveLoop final : private capture::FrameHandler {
   }
 
   const LiveInput& input_;
+  const FusionStage& fusion_;
   PlacedFrames placed_;
   Pipeline& pipeline_;
   MessageOutput& output_;
@@ -205,6 +215,7 @@ class LiveLoop final : private capture::FrameHandler {
   std::int64_t frames_reported_{0};
   std::int64_t refused_{0};
   std::string refused_reason_;
+  std::optional<std::string> fusion_warning_;  ///< about the other source of the last frame
   std::vector<std::string> logged_;
   std::string fault_;
   Clock::time_point reported_{Clock::now()};
@@ -235,21 +246,23 @@ int live(const LiveOptions& options) {
   check(messages, input.source->rig());
   ConfigOptions parameters{options.config};
   const Config config{resolve_preset(parameters, [&] { return preset_choice_of(input); })};
-  if (const auto* const recording{input.recording.recording}) {
-    warn_of_unread(parameters, config, {recording->gives_disparities()});
-  }
+  const FusedSource fused{fused_source(options.input.fuse)};
+  const io::Recording* const recording{input.recording.recording};
+  warn_of_unread(parameters, config,
+                 {recording != nullptr && recording->gives_disparities(), fused != FusedSource::none});
   Pipeline pipeline{start_pipeline(config, input.source->rig(), options.device,
                                    {.horizons_s = options.predict_s,
                                     .mask = input.mask,
                                     .extrinsics_given = input.recording.extrinsics_given,
                                     .in_world_of_poses = input.in_world_of_poses})};
+  const FusionStage fusion{fused, input.recording, pipeline.vehicle_grid()};
   ResetRequest reset;
   Page page{options.page, input.kind, reset.parameters()};
   MessageOutput output{messages, &page.server(), pipeline.rig()};
   catch_interrupts();
   print("open {}\n", page.server().url());
   if (!failed_output().empty()) return exit_try_again;  // run_program() says it
-  LiveLoop loop{input, pipeline, output, page, reset};
+  LiveLoop loop{input, fusion, pipeline, output, page, reset};
   loop.go_on();
   output.finish();
   loop.report();
@@ -315,6 +328,7 @@ void add_live_command(Command tool, int& exit_code) {
       .check(number(0.01, 100))
       .show_default();
   add_config_options(command, options->config);
+  add_fuse_option(command, options->input.fuse);
   add_device_options(command, options->device);
   command.group(Group::output);
   add_recording_option(command, options->messages, false);

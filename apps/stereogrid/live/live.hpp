@@ -27,6 +27,7 @@ struct LiveInputOptions {
   InputOptions input;  ///< whose paths are SOURCE
   bool loops{false};
   double speed{1};
+  std::string fuse{"none"};
 };
 
 /// Opened SOURCE.
@@ -58,9 +59,9 @@ struct LiveOptions {
 [[nodiscard]] bool is_ros2(const std::string& source);
 
 /// Opens two cameras, or a camera with depth, on the network. Waits until both topics have images, and CameraInfo if no
-/// calibration is given; waiting is reported. Throws ConfigError: options that do not fit; DeviceError; InputError: no
+/// calibration is given, and of grids to fuse; waiting is reported. Throws ConfigError: options that do not fit; DeviceError; InputError: no
 /// pair of cameras. Sets the options in `ros2` that follow from the poses.
-[[nodiscard]] LiveInput open_ros2_input(const InputOptions& options, Ros2Options& ros2);
+[[nodiscard]] LiveInput open_ros2_input(const InputOptions& options, FusedSource fused, Ros2Options& ros2);
 
 /// systemd, where it has started this program as a service of Type=notify (sd_notify(3): the socket that NOTIFY_SOCKET
 /// names). Without one nothing happens.

@@ -95,7 +95,7 @@ LiveInput open_live_input(const LiveInputOptions& options, Ros2Options& ros2) {
     if (options.loops || options.speed != 1) {
       throw ConfigError{"--loop and --speed are of recordings, but SOURCE is ROS 2."};
     }
-    return open_ros2_input(options.input, ros2);
+    return open_ros2_input(options.input, fused_source(options.fuse), ros2);
   }
   refuse_without_node(ros2);
   if (ros2.uses_sim_time) throw ConfigError{"--ros2-sim-time is of ros2:/…, but SOURCE is none."};

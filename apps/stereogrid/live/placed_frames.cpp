@@ -58,7 +58,7 @@ void PlacedFrames::take(LiveFrame live) {
     poses_.emplace(input_.poses, input_.source->rig(), input_.mask);
     ++stream_;
   }
-  PlacedFrame placed{{.frame = std::move(live.frame), .captured = live.captured}, stream_};
+  PlacedFrame placed{{.frame = std::move(live.frame), .captured = live.captured, .recorded = live.recorded}, stream_};
   const Clock::time_point begun{Clock::now()};
   try {
     placed.prepared.warning = poses_->place(placed.prepared.frame);

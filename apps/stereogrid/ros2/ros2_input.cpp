@@ -163,7 +163,7 @@ bool is_ros2(const std::string& source) {
   return source.starts_with(ros2_scheme);
 }
 
-LiveInput open_ros2_input(const InputOptions& options, Ros2Options& ros2) {
+LiveInput open_ros2_input(const InputOptions& options, FusedSource fused, Ros2Options& ros2) {
   check_options(options);
   const bool is_of_tf{options.poses == "tf"};
   const bool has_poses{is_of_tf || options.poses.starts_with('/')};
@@ -177,7 +177,8 @@ LiveInput open_ros2_input(const InputOptions& options, Ros2Options& ros2) {
   auto [calibration, camera_frame]{live_calibration(*node, options, found)};
   const bool has_extrinsics{calibration.has_extrinsics};
   const bool is_place_of_tf{has_poses && !camera};
-  if (camera_frame.empty() && (is_place_of_tf || !has_extrinsics)) {
+  const bool are_grids_fused{fused == FusedSource::grids};
+  if (camera_frame.empty() && (is_place_of_tf || !has_extrinsics || are_grids_fused)) {
     camera_frame = frame_of_images(*node, found.left);
   }
   if (is_place_of_tf) {
@@ -195,6 +196,11 @@ LiveInput open_ros2_input(const InputOptions& options, Ros2Options& ros2) {
                  io::printable(is_of_tf && !camera ? camera_frame : base, 60), io::printable(ros2.frames[0], 60),
                  is_of_tf ? "/tf" : io::printable(options.poses));
   }
+  LiveInput live;
+  if (are_grids_fused) {
+    live.recording.grid_at =
+        subscribe_grids(*node, options, {camera_frame, has_poses ? ros2.frames[0] : "", transforms});
+  }
   const std::chrono::duration<double, std::milli> tolerance{options.pair_tolerance_ms};
   const Ros2Setup setup{.left = found.left,
                         .right = found.right,
@@ -211,7 +217,6 @@ LiveInput open_ros2_input(const InputOptions& options, Ros2Options& ros2) {
   spdlog::info("{} and {}, {}", io::printable(setup.left.name), rosbag::second_of(found.images),
                setup.calibration.kind);
   log_calibration(setup.calibration);
-  LiveInput live;
   live.kind = options.paths.front();
   live.in_world_of_poses = has_poses;
   live.recording.extrinsics_given = has_extrinsics;

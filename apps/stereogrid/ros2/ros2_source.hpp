@@ -14,6 +14,7 @@
 #include "stereogrid/capture/camera_pair.hpp"
 #include "stereogrid/dds/node.hpp"
 #include "stereogrid/io/calibration.hpp"
+#include "stereogrid/io/recording.hpp"
 #include "stereogrid/mcap/bag.hpp"
 #include "stereogrid/rosbag/rosbag.hpp"
 #include "stereogrid/rosbag/transforms.hpp"
@@ -94,6 +95,18 @@ class NewestMessages {
 
 /// Start of a SOURCE of ROS 2, before the namespace.
 inline constexpr std::string_view ros2_scheme{"ros2:"};
+
+/// Frames of TF that place grids.
+struct GridFrames {
+  std::string camera;  ///< left camera's
+  std::string world;   ///< frame of the poses; "": none
+  std::shared_ptr<rosbag::TransformBuffer> transforms;
+};
+
+/// Subscribes grids of another program on the network, whose topic is chosen as in bags and waited for. Returns
+/// Input::grid_at: the grid of the nearest stamp that has come. It throws InputError: TF does not place it, or as
+/// rosbag::decode_grid().
+[[nodiscard]] decltype(Input::grid_at) subscribe_grids(dds::Node& node, const InputOptions& options, GridFrames frames);
 
 /// Topics that others publish below the namespace of SOURCE, all where the options name topics. `elsewhere`: names of
 /// the other topics of images.

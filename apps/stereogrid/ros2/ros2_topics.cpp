@@ -150,7 +150,10 @@ std::vector<mcap::Topic> topics_of(const dds::Node& node, const InputOptions& op
     one.message_count = 1;
     const bool is_below{topic.name.starts_with(folder + "/")};
     if (!is_below && (rosbag::holds_images(one) || is_depth(one))) others.push_back(one);
-    if (is_below || !options.left_topic.empty() || !options.right_topic.empty()) topics.push_back(std::move(one));
+    if (is_below || !options.left_topic.empty() || !options.right_topic.empty() ||
+        (!options.grid_topic.empty() && topic.name.starts_with(options.grid_topic))) {
+      topics.push_back(std::move(one));
+    }
   }
   if (elsewhere != nullptr) *elsewhere = list_of(others);
   return topics;

@@ -26,12 +26,7 @@ void add_output_options(Command command, RunOptions& options) {
 }
 
 void add_grid_options(Command command, RunOptions& options) {
-  command
-      .add_option("--fuse", options.fuse,
-                  "Fuse the stereo grid with that of another source (fusion.*): the input's lidar sweeps, the grids "
-                  "of a bag (nav_msgs/OccupancyGrid, GridCells), or its label images.")
-      .one_of({"none", "lidar", "grids", "labels"})
-      .show_default();
+  add_fuse_option(command, options.fuse);
   command.add_option("--predict S,S,...", options.predict_s,
                      "Horizons in seconds of predicted grids: predictions/NAME.npz.");
 }

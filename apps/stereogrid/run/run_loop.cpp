@@ -132,7 +132,7 @@ bool RunLoop::load() {
       skip(queued_.error);
       return true;
     }
-    fusion_warning_ = fusion_.add_grid(*queued_.frame, pipeline_.next_rig());
+    fusion_warning_ = fusion_.add_grid(*queued_.frame, queued_.index, pipeline_.next_rig());
     return true;
   } catch (const DeviceError& error) {
     unavailable_ = error.what();

@@ -119,6 +119,16 @@ TEST_F(BagGrids, CellsOfGridCellsAreOccupiedAndOthersUnknown) {
   EXPECT_NEAR(value_at("observed", 4.3, 0), beside, 0.05);
 }
 
+TEST_F(BagGrids, InAFixedFrameWithoutItsPosesAreRefused) {
+  const Outcome run{run_fused(with_grids([](std::vector<Entry>& all, std::size_t frame) {
+    OccupancyGrid grid{occupancy(frame)};
+    grid.header.frame_id = "map";
+    all.push_back(entry("/map", start_ns + stamp_of(frame), grid));
+  }))};
+  EXPECT_EQ(run.exit_code, 65);
+  EXPECT_THAT(run.errors, HasSubstr("has grids in 'map' on /map, but no poses in that frame"));
+}
+
 TEST_F(BagGrids, OneOfSeveralTopicsIsNamed) {
   const std::vector<Entry> content{with_grids([](std::vector<Entry>& all, std::size_t frame) {
     for (const char* topic : {"/local_costmap", "/map"}) {

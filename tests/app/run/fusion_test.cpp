@@ -1,4 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "stereogrid/mcap/bag.hpp"
+#include "stereogrid/messages/cdr.hpp"
+#include "stereogrid/messages/nav_msgs.hpp"
+#include "stereogrid/occupancy_values.hpp"
 #include "support.hpp"
 
 namespace stereogrid::app::testing {
@@ -79,6 +83,26 @@ TEST_F(Fusion, PutsTheLidarsObstaclesIntoTheGrid) {
   EXPECT_EQ(largest_ahead(alone, "000001"), largest_ahead(both, "000001")) << "a frame without a sweep";
 }
 
+TEST_F(Fusion, LiveFusesTheSweepsOfARecording) {
+  const TemporaryFolder folder;
+  const std::string bag{folder / "live.mcap"};
+  run_well({"run", drive(), "--out", folder / "run", "--fuse", "lidar"});
+  run_well({"live", drive(), "--fuse", "lidar", "--mcap", bag, "--mcap-topics", "observed_grid", "--listen", ":0"});
+  const auto recorded{mcap::open_bag(bag)};
+  const auto cursor{recorded->messages({})};
+  const mcap::Message* const first{cursor->next()};
+  ASSERT_NE(first, nullptr);
+  messages::nav_msgs::OccupancyGrid grid;
+  messages::decode(first->data, grid);
+  const Arrays arrays{io::read_npz(folder / "run" / "grids" / "000000.npz")};
+  const auto cells{arrays.at("observed").to_image<float>()};
+  EXPECT_EQ(grid.data, occupancy_values(cells.view(), OccupancyScale::percent));
+  const Outcome none{run_tool({"live", drive(), "--fuse", "labels", "--listen", ":0"})};
+  EXPECT_EQ(none.exit_code, 65);
+  EXPECT_THAT(none.errors, HasSubstr("has no labels. Put label images in labels/"));
+  EXPECT_EQ(none.output, "") << "no page is opened for an input that cannot be used";
+}
+
 TEST_F(Fusion, GoesOnWithoutASweepThatIsDamaged) {
   const TemporaryFolder folder;
   const fs::path copy{folder / "drive"};
@@ -99,7 +123,7 @@ TEST_F(Fusion, SaysWhatIsMissing) {
     return errors;
   };
   const std::string scene{small_scene("empty", "&frames=2")};
-  EXPECT_THAT(error_text(scene, {"--fuse", "lidar"}, 65), HasSubstr("scene has no lidar sweeps. Leave --fuse out"));
+  EXPECT_THAT(error_text(scene, {"--fuse", "lidar"}, 65), HasSubstr("input has no lidar sweeps. Leave --fuse out"));
   EXPECT_THAT(error_text(scene, {"--fuse", "radar"}, 64), HasSubstr("radar"));
   const fs::path copy{folder / "drive"};
   fs::copy(drive(), copy, fs::copy_options::recursive);

@@ -18,6 +18,7 @@ struct PreparedFrame {
   std::optional<std::string> warning{};  ///< appended to the result's
   std::optional<double> odometry_ms{};   ///< time of visual odometry; none: the pose came with the input
   bool resets_before{false};             ///< Pipeline::reset() before this frame
+  std::size_t recorded{0};               ///< live sources only: see LiveFrame
 };
 
 /// Source and destination of the frames of run_frames().

@@ -23,6 +23,7 @@ struct LiveFrame {
   StereoFrame frame;
   Clock::time_point captured;  ///< exposure if the source provides it, else arrival
   bool resets_before{false};   ///< nothing that came before belongs to it: Pipeline::reset()
+  std::size_t recorded{0};     ///< index of the frame in the recording that is replayed
 };
 
 /// Unused frames, with the reason.

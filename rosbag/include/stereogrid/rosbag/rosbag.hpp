@@ -95,6 +95,9 @@ struct GridTopics {
   std::string reason{};     ///< why there are none, as the end of a message about the bag
 };
 
+/// Largest distance in time of a frame from its grid.
+inline constexpr std::int64_t grid_tolerance_ns{100'000'000};
+
 /// The requested topic; "": the only one, or the only one whose name has "occupancy".
 [[nodiscard]] GridTopics choose_grid_topics(const std::vector<mcap::Topic>& topics, const std::string& asked);
 
@@ -147,6 +150,9 @@ void add_static_transforms(TransformBuffer& transforms, const mcap::Bag& bag);
 /// The camera's frame is optical (z ahead) or a body's (x ahead), by its attitude.
 [[nodiscard]] std::optional<Pose2> camera_in_vehicle(TransformBuffer& transforms, const std::string& vehicle_frame,
                                                      const std::string& camera_frame);
+
+/// The same by the transform of that camera to the vehicle's frame.
+[[nodiscard]] Pose2 camera_in_vehicle(const cv::Affine3d& vehicle_from_camera);
 
 /// Poses of the first nav_msgs/Odometry by name, else of the transform odom → base_link on /tf.
 [[nodiscard]] BagPoses poses_of(const mcap::Bag& bag);
