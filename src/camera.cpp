@@ -14,6 +14,7 @@ constexpr double focal_min_px{1};
 constexpr double focal_max_px{1e6};
 constexpr double baseline_min_m{1e-4};
 constexpr double baseline_max_m{10};
+constexpr double centimetres_max{100};  // as a baseline of 1 m in cm
 constexpr double height_min_m{0.01};
 constexpr double height_max_m{100};
 constexpr double angle_max_rad{0.7853981633974483};
@@ -67,7 +68,10 @@ void look_at_baseline(double baseline_m, Findings& found) {
   found.add_if(baseline_m == 0,
                "The baseline is zero: the two cameras are the same one; baseline_m has to be positive.");
   found.add_if(baseline_m < 0, "The baseline is negative: left and right are swapped.");
-  found.add_if(baseline_m > baseline_max_m, what, baseline_m, " m, which looks like millimetres: divide by 1000.");
+  found.add_if(baseline_m > baseline_max_m, what, baseline_m,
+               baseline_m > centimetres_max
+                   ? " m, which looks like millimetres: divide by 1000."
+                   : " m, which looks like centimetres or millimetres: divide by 100 or 1000.");
   found.add_if(baseline_m > 0 && baseline_m < baseline_min_m, what, baseline_m,
                " m, less than a tenth of a millimetre: it is to be given in metres.");
 }

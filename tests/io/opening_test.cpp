@@ -327,6 +327,8 @@ TEST_F(Opening, FramesThatComeAsNoCamerasDoAreWarnedOf) {
   }
   put(folder / "times.txt", "0\n3e3\n6e3\n");
   EXPECT_THAT(open()->contents().warnings, ElementsAre(AllOf(HasSubstr("times.txt: "), HasSubstr("0.000333 Hz"))));
+  put(folder / "times.txt", "1\n2\n3\n");
+  EXPECT_THAT(open()->contents().warnings, ElementsAre(HasSubstr("times.txt: the stamps count the frames")));
   put(folder / "times.txt", "0\n1e-6\n2e-6\n");
   expect_refused({"times.txt", "1e+06 Hz", "no other unit"});
   for (const auto& [times, unit] :

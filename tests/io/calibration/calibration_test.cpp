@@ -118,9 +118,21 @@ TEST_F(CalibrationFile, RejectsTheBaseline) {
   expect_refused("c.yaml", rectified("0"), {"baseline is zero"});
   expect_refused("c.yaml", rectified("-0.22"), {"negative", "swapped"});
   expect_refused("c.yaml", rectified("220"), {"millimetres", "divide by 1000"});
+  expect_refused("c.yaml", rectified("22"), {"centimetres or millimetres", "divide by 100 or 1000"});
   expect_refused("calib.txt", "P0: 700 0 300 0 0 700 180 0 0 0 1 0\nP1: 700 0 300 0 0 700 180 0 0 0 1 0\n", {"zero"});
   expect_refused("calib.txt", "P0: 700 0 300 0 0 700 180 0 0 0 1 0\nP1: 700 0 300 378 0 700 180 0 0 0 1 0\n",
                  {"swapped"});
+}
+
+TEST_F(CalibrationFile, KittiOfColourCamerasAlone) {
+  const auto found{read("calib.txt", "P2: 700 0 300 0 0 700 180 0 0 0 1 0\nP3: 700 0 300 -378 0 700 180 0 0 0 1 0\n")};
+  EXPECT_NEAR(found.rig.baseline_m, 0.54, 1e-12);
+  EXPECT_THAT(found.notes, ::testing::Contains(::testing::HasSubstr("P2 and P3")));
+}
+
+TEST_F(CalibrationFile, KittiWithABaselineInPlaceOfItsProduct) {
+  expect_refused("calib.txt", "P0: 700 0 300 0 0 700 180 0 0 0 1 0\nP1: 700 0 300 -0.54 0 700 180 0 0 0 1 0\n",
+                 {"has -0.54", "the baseline in metres", "here -378"});
 }
 
 TEST_F(CalibrationFile, MountingMayBeUnknown) {
@@ -142,6 +154,8 @@ TEST_F(CalibrationFile, RejectsMissingKeys) {
 
 TEST_F(CalibrationFile, RejectsTypingErrors) {
   expect_refused("c.yaml", rectified("0.22", "basline_m: 3\n"), {"unknown key 'basline_m'", "line 7"});
+  expect_refused("c.yaml", rectified("0.22", "baseline_mm: 220\n"), {"line 7. Is 'baseline_m' meant?"});
+  expect_refused("c.yaml", rectified("0.22", "focal_length: 4\n"), {"Is 'focal_px' meant?"});
   expect_refused("c.yaml", rectified("0.22 m"), {"'baseline_m' in line 5", "not a number"});
   expect_refused("c.yaml", rectified(".nan"), {"not a number"});
   expect_refused("c.yaml", "focal_px: [1\n", {"not YAML"});

@@ -298,6 +298,33 @@ TEST_F(OtherFormats, FoundationStereoAndCityscapes) {
   refused("times.txt", "0\n1\n2\n3\n4\n5\n6\n7\n8\n9\n", {"times.txt"});
 }
 
+TEST_F(OtherFormats, ProjectionMatricesWithoutNames) {
+  expect_pair(read("calib.txt", "150 0 127.5 0 0 150 79.5 0 0 0 1 0\n150 0 127.5 -37.5 0 150 79.5 0 0 0 1 0\n"),
+              "OpenCV stereo rectification");
+  refused("poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 0.8\n", {"poses.txt"});
+}
+
+TEST_F(OtherFormats, OneCameraAndABaseline) {
+  const auto expect_camera = [&](const char* name, const std::string& text) {
+    refused(name, text, {name, "one camera", "no baseline", "'baseline_m: …' (m)"});
+    const Calibration found{read("c.yaml", "from: " + std::string{name} + "\nbaseline_m: 0.25\n")};
+    expect_pair(found, "intrinsics of one camera");
+    EXPECT_DOUBLE_EQ(found.rig.baseline_m, 0.25);
+    EXPECT_TRUE(found.notes.empty());
+  };
+  expect_camera("K.txt", "150 0 127.5\n0 150 79.5\n0 0 1\n");
+  expect_camera("camera.txt", "fx = 150\nfy = 150\ncx = 127.5\ncy = 79.5\n");
+  expect_camera("cameras.txt", "# Camera list\n1 PINHOLE 256 160 150 150 128 80\n2 PINHOLE 256 160 150 150 128 80\n");
+  expect_camera("opencv.txt", "1 OPENCV 256 160 150 150 128 80 0 0 0 0\n");
+  expect_camera("simple.txt", "1 SIMPLE_PINHOLE 256 160 150 128 80\n");
+  refused("cameras.txt", "1 OPENCV 256 160 150 150 128 80 0.1 0 0 0\n", {"one raw camera"});
+  refused("cameras.txt", "1 OPENCV_FISHEYE 256 160 150 150 128 80 0 0 0 0\n", {"OPENCV_FISHEYE", "image_undistorter"});
+  refused("cameras.txt", "1 PINHOLE 256 160 150 150 128 80\n2 PINHOLE 256 160 151 150 128 80\n", {"differ"});
+  refused("cameras.txt", "1 PINHOLE 256 160 150 x 128 80\n", {"PINHOLE"});
+  put(folder / "raw.json", R"({"fx": 150, "fy": 150, "cx": 127.5, "cy": 79.5, "distortion": [0.1, 0, 0, 0]})");
+  refused("c.yaml", "from: raw.json\nbaseline_m: 0.25\n", {"one raw camera, with distortion"});
+}
+
 TEST_F(OtherFormats, NumpyArchive) {
   const std::vector<double> k{150, 0, 127.5, 0, 150, 79.5, 0, 0, 1};
   const std::vector<double> none(5);

@@ -38,6 +38,12 @@ void take_projections(Calibration& calibration, const std::string& file, const s
     throw InputError{file, "gives the two cameras different focal lengths or rows (cy).",
                      "A rectified pair has them alike; use the rectified projections."};
   }
+  constexpr double shortest_m{0.02};
+  if (const double shift{left[3] - right[3]}; shift >= shortest_m && shift < 1e-3 * left[0]) {
+    throw InputError{file,
+                     "has " + text_of(right[3]) + " in the right projection, as if it were the baseline in metres.",
+                     "It is −f·baseline, here " + text_of(-shift * left[0]) + "."};
+  }
   Rig rig;
   rig.focal_px = left[0];
   rig.cx_px = left[2];
@@ -67,10 +73,13 @@ cv::Matx44d camera_from_cam0(const std::vector<double>& p) {
 }
 
 Calibration read_odometry(const std::filesystem::path& path, const KittiText& text, KittiPair pair) {
-  const auto& left{text.get(pair == KittiPair::grey ? "P0" : "P2", 12)};
-  const auto& right{text.get(pair == KittiPair::grey ? "P1" : "P3", 12)};
+  const bool has_colour_alone{!text.has("P0") && !text.has("P1") && text.has("P3")};
+  const bool takes_grey{pair == KittiPair::grey && !has_colour_alone};
+  const auto& left{text.get(takes_grey ? "P0" : "P2", 12)};
+  const auto& right{text.get(takes_grey ? "P1" : "P3", 12)};
   Calibration calibration;
   calibration.kind = "KITTI odometry";
+  if (has_colour_alone) calibration.notes.emplace_back("cameras: P2 and P3; the file has no P0 and P1");
   take_projections(calibration, printable_path(path), left, right);
   for (const char* const key : {"Tr", "Tr_velo_cam", "Tr_velo_to_cam"}) {
     if (!text.has(key)) continue;

@@ -93,18 +93,23 @@ void leave_colour(std::vector<fs::path>& found) {
 
 constexpr std::string_view text_extensions[]{".yaml", ".yml", ".xml", ".json", ".txt", ".conf", ".npz"};
 
-/// Files of any name in which a reader finds a calibration. Of two that belong together, the first.
+/// Files of any name in which a reader finds a calibration. Of two that belong together, the first. Those of one camera
+/// where there are no others: the reader has the remedy.
 std::vector<fs::path> recognised_in(const fs::path& folder, bool has_depth) {
   std::vector<fs::path> found;
+  std::vector<fs::path> singles;
   std::string others;
   for (const fs::path& path : entries_of(folder)) {
     if (std::ranges::find(text_extensions, path.extension().string()) == std::end(text_extensions)) continue;
     if (is_calibration_of_other_tool(path, has_depth)) {
       found.push_back(path);
+    } else if (is_calibration_of_other_tool(path, true)) {
+      singles.push_back(path);
     } else if (path.extension() != ".txt") {
       others += (others.empty() ? "" : ", ") + printable_path(path.filename());
     }
   }
+  if (found.empty()) found = std::move(singles);
   if (has_depth) leave_colour(found);
   if (found.size() == 2 && are_halves(found[0], found[1])) found.pop_back();
   if (!found.empty() || others.empty()) return found;

@@ -169,7 +169,7 @@ const Format* format_of(const YamlGroup& root) {
   return found == formats.end() ? nullptr : found;
 }
 
-enum class Notation { yaml, xml, sections, assignments, ost, matrix, npz, kitti };
+enum class Notation { yaml, xml, sections, assignments, ost, matrix, npz, colmap, kitti };
 
 Notation notation_of(const fs::path& path, std::string_view text) {
   if (text.starts_with("PK\x03\x04")) return Notation::npz;
@@ -182,7 +182,9 @@ Notation notation_of(const fs::path& path, std::string_view text) {
   if (start.starts_with('{')) return Notation::yaml;
   if (has_line("[image]")) return Notation::ost;
   if (has_line("[LEFT_CAM_") || has_line("[STEREO]")) return Notation::sections;
-  if (has_line("cam0=") || has_line("cam0 =")) return Notation::assignments;
+  if (has_line("cam0=") || has_line("cam0 =") || has_line("fx=") || has_line("fx =")) return Notation::assignments;
+  if (has_line("1 PINHOLE ") || has_line("1 SIMPLE_") || has_line("1 OPENCV") || has_line("1 RADIAL "))
+    return Notation::colmap;
   const bool is_matrix{text.find_first_not_of("0123456789+-.eE \t\r\n,") == std::string_view::npos};
   return is_matrix && !start.empty() ? Notation::matrix : Notation::kitti;
 }
@@ -200,6 +202,8 @@ YamlGroup tree_of(const fs::path& path, std::string text, Notation notation) {
       return {file, "", parse_matrix(file, text)};
     case Notation::npz:
       return {file, "", parse_npz(path)};
+    case Notation::colmap:
+      return {file, "", parse_colmap(file, text)};
     case Notation::ost:
       return {file, "", parse_ost(file, text)};
     default:
@@ -242,6 +246,14 @@ Calibration read_form(const std::vector<fs::path>& paths, const CalibrationReque
     if (auto single{read_single_calibration(root, request)}) return *std::move(single);
   }
   if (format != nullptr) return format->read({paths, root}, request);
+  if (const auto single{read_single_calibration(root, request)}) {
+    if (request.baseline_m) return *single;
+    root.fail(
+        "is the calibration of one camera: it has no baseline.",
+        fmt::format("If both cameras are alike and the images rectified, write 'from: {}' and 'baseline_m: …' (m) "
+                    "into a calibration.yaml.",
+                    printable_path(path.filename())));
+  }
   if (notation == Notation::yaml && (path.extension() == ".yaml" || path.extension() == ".yml")) {
     return read_own_calibration(root, path, request);
   }

@@ -105,9 +105,12 @@ void take_unit(Calibration& calibration, const Origin& origin, const Calibration
     return;
   }
   if (length == 0 || (length >= shortest_m && length <= longest_m)) return;
-  const std::string unit{length > longest_m
-                             ? fmt::format("millimetres ({:.4g} m) or squares of the target", length / 1000)
-                             : "kilometres or a slip"};
+  constexpr double longest_cm{100};
+  const std::string unit{
+      length > longest_cm  ? fmt::format("millimetres ({:.4g} m) or squares of the target", length / 1000)
+      : length > longest_m ? fmt::format("centimetres ({:.4g} m), millimetres ({:.4g} m) or squares of the target",
+                                         length / 100, length / 1000)
+                           : "kilometres or a slip"};
   origin.fail(fmt::format("puts the cameras {:.4g} m apart, which looks like {}.", length, unit),
               fmt::format("Measure the distance of the lenses, and name this file in a calibration.yaml: 'from: FILE' "
                           "and 'baseline_m: {:.4g}', or what it is.",

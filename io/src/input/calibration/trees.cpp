@@ -2,10 +2,14 @@
 #include "input/calibration/yaml_group.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <span>
+#include <sstream>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "input/poses/kitti_text.hpp"
@@ -135,6 +139,16 @@ YAML::Node parse_assignments(const std::string& file, std::string_view text) {
   return root;
 }
 
+namespace {
+
+/// True for fx 0 cx tx, 0 fy cy ty, 0 0 1 tz in px, and false for a pose.
+bool is_projection(std::span<const double> p) {
+  constexpr double shortest_px{2};
+  return p[0] > shortest_px && p[1] == 0 && p[4] == 0 && p[5] > shortest_px && p[8] == 0 && p[9] == 0 && p[10] == 1;
+}
+
+}  // namespace
+
 YAML::Node parse_matrix(const std::string& file, std::string_view text) {
   std::string numbers{text};
   std::ranges::replace_if(
@@ -144,6 +158,15 @@ YAML::Node parse_matrix(const std::string& file, std::string_view text) {
   YAML::Node root{YAML::NodeType::Map};
   constexpr std::size_t with_baseline{10};
   const bool is_camera{k.size() == with_baseline && k[1] == 0 && k[3] == 0 && k[6] == 0 && k[7] == 0 && k[8] == 1};
+  constexpr std::size_t of_projection{12};
+  const std::span<const double> all{k};
+  if (k.size() == 2 * of_projection && is_projection(all.first(of_projection)) &&
+      is_projection(all.last(of_projection))) {
+    for (const auto& [key, p] : {std::pair{"P1", all.first(of_projection)}, std::pair{"P2", all.last(of_projection)}}) {
+      for (const double number : p) root[key].push_back(fmt::format("{}", number));
+    }
+    return root;
+  }
   if (!is_camera) {
     root["K"] = list_of(numbers);
     return root;
@@ -154,6 +177,52 @@ YAML::Node parse_matrix(const std::string& file, std::string_view text) {
   add("cx", k[2]);
   add("cy", k[5]);
   add("baseline", k[9]);
+  return root;
+}
+
+YAML::Node parse_colmap(const std::string& file, std::string_view text) {
+  struct Model {
+    std::string_view name;
+    std::size_t focals;
+    std::size_t distortions;  // behind the principal point: k1 k2 p1 p2
+  };
+  constexpr std::array<Model, 5> models{
+      {{"SIMPLE_PINHOLE", 1, 0}, {"PINHOLE", 2, 0}, {"SIMPLE_RADIAL", 1, 1}, {"RADIAL", 1, 2}, {"OPENCV", 2, 4}}};
+  constexpr double corner_px{0.5};  // the corner of the first pixel is (0, 0)
+  YAML::Node root{YAML::NodeType::Map};
+  std::string first;
+  for (const std::string_view line : entries_of(file, text)) {
+    if (line.empty()) continue;
+    std::istringstream words{std::string{line}};
+    std::string id;
+    std::string name;
+    std::string width;
+    std::string height;
+    std::string parameters;
+    words >> id >> name >> width >> height;
+    std::getline(words, parameters);
+    std::vector<double> k;
+    const auto model{std::ranges::find(models, std::string_view{name}, &Model::name)};
+    if (model == models.end() || !parse_numbers(parameters, k) || k.size() != model->focals + 2 + model->distortions) {
+      throw InputError{file, "is COLMAP's list of cameras, with another model: " + printable(name) + ".",
+                       "Undistort the images (colmap image_undistorter), and give their cameras.txt."};
+    }
+    const std::string camera{fmt::format("{} {} {}", width, height, parameters)};
+    if (first.empty()) first = camera;
+    if (camera != first) {
+      throw InputError{file, "is COLMAP's list of cameras, which differ.",
+                       "Rectify the pair: both have one camera then."};
+    }
+    root["width"] = width;
+    root["height"] = height;
+    root["fx"] = fmt::format("{}", k[0]);
+    root["fy"] = fmt::format("{}", k[model->focals - 1]);
+    root["cx"] = fmt::format("{}", k[model->focals] - corner_px);
+    root["cy"] = fmt::format("{}", k[model->focals + 1] - corner_px);
+    k.erase(k.begin(), k.begin() + static_cast<std::ptrdiff_t>(model->focals + 2));
+    k.resize(4);
+    root["distortion"] = list_of(fmt::format("{}", fmt::join(k, " ")));
+  }
   return root;
 }
 

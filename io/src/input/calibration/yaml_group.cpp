@@ -89,12 +89,27 @@ YamlGroup::YamlGroup(std::string file, std::string name, YAML::Node node, Keys k
   if (known.size() > 0) need_only(known);
 }
 
+namespace {
+
+/// The known key whose name without its unit begins that of `key`; "": none.
+std::string similar_key(std::string_view key, YamlGroup::Keys known) {
+  for (const std::string_view name : known) {
+    const std::size_t unit{name.rfind('_')};
+    if (unit != std::string_view::npos && key.starts_with(name.substr(0, unit))) return std::string{name};
+  }
+  return {};
+}
+
+}  // namespace
+
 void YamlGroup::need_only(Keys known) const {
   for (const auto& item : node_) {
     if (!item.first.IsScalar()) reject("has a key" + place_of(item.first) + " that is not a word.");
     const std::string& key{item.first.Scalar()};
     if (std::ranges::find(known, key) == known.end()) {
-      reject("has an unknown key '" + full(key) + "'" + place_of(item.first) + ".");
+      const std::string meant{similar_key(key, known)};
+      reject("has an unknown key '" + full(key) + "'" + place_of(item.first) +
+             (meant.empty() ? "." : ". Is '" + meant + "' meant?"));
     }
   }
 }

@@ -122,9 +122,13 @@ inline std::string error_text_of(const YAML::Exception& error) {
 /// key=value or key=[numbers; numbers], as Middlebury's calib.txt.
 [[nodiscard]] YAML::Node parse_assignments(const std::string& file, std::string_view text);
 
-/// Numbers alone: a matrix as key 'K'; nine of a camera matrix and a baseline, as FoundationStereo's K.txt: fx fy cx cy
-/// baseline.
+/// Numbers alone: a matrix as key 'K'; two projection matrices as P1 and P2; nine of a camera matrix and a baseline, as
+/// FoundationStereo's K.txt: fx fy cx cy baseline.
 [[nodiscard]] YAML::Node parse_matrix(const std::string& file, std::string_view text);
+
+/// COLMAP's cameras.txt: width, height, fx, fy, cx, cy and distortion of its camera. Throws InputError: cameras that
+/// differ, or of another model than its pinhole, radial and OPENCV ones.
+[[nodiscard]] YAML::Node parse_colmap(const std::string& file, std::string_view text);
 
 /// Arrays of an .npz as lists, those of rows as lists of rows.
 [[nodiscard]] YAML::Node parse_npz(const std::filesystem::path& path);

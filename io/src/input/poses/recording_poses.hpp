@@ -54,7 +54,8 @@ bool find_stamps(RecordingContents& contents, const InputLayout& layout, const s
 
 struct Times {
   std::vector<std::int64_t> stamps_ns;
-  std::string note;  ///< as StampUnit::note
+  std::string note;     ///< as StampUnit::note
+  std::string warning;  ///< stamps that count the frames; empty: they do not
 };
 
 /// KITTI odometry's times.txt: seconds, or the unit of stamp_unit(), a line per frame. Throws InputError: no number,

@@ -128,7 +128,19 @@ Times read_times(const std::filesystem::path& path, std::size_t expected) {
                      "There has to be a line per frame (frames.txt says which frames the lines belong to)."};
   }
   const StampUnit unit{stamp_unit(times, stamp_units.back(), printable_path(path))};
-  Times read{{}, unit.note};
+  Times read{{}, unit.note, {}};
+  constexpr std::size_t fewest{3};
+  const auto counts_from = [&times](double first) {
+    for (std::size_t i{0}; i < times.size(); ++i) {
+      if (times[i] != first + static_cast<double>(i)) return false;
+    }
+    return true;
+  };
+  if (times.size() >= fewest && (counts_from(0) || counts_from(1))) {
+    read.warning = printable_path(path) +
+                   ": the stamps count the frames, and are taken as seconds. Write the seconds, or remove the file: 10 "
+                   "frames a second are assumed then.";
+  }
   for (const double time : times) read.stamps_ns.push_back(std::llround(time * static_cast<double>(unit.ns)));
   check_growing(path, read.stamps_ns, without_stamps);
   return read;
@@ -296,6 +308,7 @@ bool find_stamps(RecordingContents& contents, const InputLayout& layout, const s
     const Times times{read_times(file, contents.frames.size())};
     take_stamps(contents, times.stamps_ns);
     if (!times.note.empty()) contents.notes.push_back(times.note);
+    if (!times.warning.empty()) contents.warnings.push_back(times.warning);
   } else if (file.filename() == "timestamps.txt") {
     known = take_numbered_stamps(contents, read_timestamps(file));
   } else if (known) {

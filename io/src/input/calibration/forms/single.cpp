@@ -68,11 +68,17 @@ std::optional<Calibration> read_single_calibration(const YamlGroup& root, const 
 void take_single(Calibration& calibration, const CameraModel& camera, const Origin& origin,
                  const CalibrationRequest& request) {
   check_camera(camera, origin);
+  const bool has_distortion{std::ranges::any_of(camera.distortion, [](double d) { return d != 0; })};
+  if (!request.has_depth && has_distortion) {
+    origin.fail("is the calibration of one raw camera, with distortion.",
+                "Calibrate both cameras together, or rectify the pair.");
+  }
   const int width_px{calibration.rig.width_px > 0 ? calibration.rig.width_px : request.width_px};
   const double baseline_m{request.baseline_m.value_or(virtual_baseline_m(camera.focal_u_px, width_px))};
   cv::Matx44d right_from_left{cv::Matx44d::eye()};
   right_from_left(0, 3) = -baseline_m;
   take_pair(calibration, camera, camera, right_from_left, origin, request);
+  if (request.baseline_m) return;
   calibration.notes.push_back(fmt::format(
       "baseline: the calibration has none; depth becomes disparities of a virtual one of {:.4g} m", baseline_m));
 }
