@@ -45,6 +45,7 @@ class DriveDiagnosis {
     report_exposure();
     for (std::size_t i{0}; i < tally_.flags.size(); ++i) report_flag(static_cast<FrameStatus>(i));
     report_pitch();
+    report_height();
     report_near_ground();
     report_unknown_grids();
     return std::move(findings_);
@@ -132,6 +133,18 @@ class DriveDiagnosis {
         fmt::format("camera pitch {:.1f}° (calibration: {:.1f}°). Results are better with "
                     "mount.camera_pitch_rad: {:.3f} in the calibration.",
                     pitch_rad * degrees, given_rad * degrees, pitch_rad));
+  }
+
+  // Without mount, nothing but the baseline gives the scene its scale.
+  void report_height() {
+    constexpr double low_m{0.2};
+    constexpr double high_m{3};
+    const double height_m{context_.used.camera_height_m};
+    if (context_.used == context_.source_rig || (height_m >= low_m && height_m <= high_m)) return;
+    say(fmt::format(
+        "the estimated height of the camera is {:.2f} m, which few vehicles have: is the baseline {:.4g} m, "
+        "in metres, that of this pair? All distances are scaled by it. If both are right, give: {}",
+        height_m, context_.source_rig.baseline_m, io::mount_line(context_.used)));
   }
 
   // The lowest rows show the nearest ground, at d = (b/h)·(f·sin(pitch) + (rows below the centre)·cos(pitch)).

@@ -78,6 +78,10 @@ struct Findings {
 /// not.
 [[nodiscard]] std::optional<std::string> fault_of_shift(const StereoFrame& frame, const TallyContext& context);
 
+/// Message where planes are clearly flatter if the depths of a recording are taken as Euclidean distances from the
+/// camera's centre.
+[[nodiscard]] std::optional<std::string> fault_of_distances(const StereoFrame& frame, const TallyContext& context);
+
 /// Message where the road is found with external disparities or depths in another unit; "": with none.
 [[nodiscard]] std::string fault_of_scale(const StereoFrame& frame, const TallyContext& context);
 

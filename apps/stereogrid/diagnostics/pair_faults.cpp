@@ -24,6 +24,7 @@ using Grey = Image<std::uint8_t>;
 
 // Another explanation must match clearly more of the images than the pair as it is.
 constexpr double clearly{1.5};
+constexpr double clearly_in_time{1.2};  // slow motion changes little from frame to frame
 constexpr double match_share_min{0.25};
 
 bool is_without_texture(const Grey& image) {
@@ -38,6 +39,13 @@ bool is_without_texture(const Grey& image) {
     }
   }
   return 100 * textured < image.size() || 100 * bright < image.size();
+}
+
+/// Left and right exchanged.
+Grey mirrored(const Grey& image) {
+  Grey result{image};
+  for (int v{0}; v < result.height(); ++v) std::reverse(result.row(v), result.row(v) + result.width());
+  return result;
 }
 
 Grey turned(const Grey& image) {
@@ -65,22 +73,37 @@ std::optional<StereoFrame> loaded(const FrameSource& source, std::size_t index) 
   }
 }
 
-bool is_clearly_better(double share, double as_it_is) {
-  return share > match_share_min && share > clearly * as_it_is;
+bool is_clearly_better(double share, double as_it_is, double factor = clearly) {
+  return share > match_share_min && share > factor * as_it_is;
 }
 
-std::string fault_of_time(const FrameSource& source, std::size_t index, const StereoFrame& frame, double as_it_is) {
-  if (const auto next{loaded(source, index + 1)}) {
-    const double late{io::coarse_match_share(frame.left, next->right)};
-    const double early{io::coarse_match_share(next->left, frame.right)};
-    if (is_clearly_better(std::max(late, early), as_it_is)) {
+std::string fault_of_time(const TallyContext& context, const StereoFrame& frame) {
+  if (!context.input.source) return {};
+  const FrameSource& source{*context.input.source};
+  const double as_it_is{io::coarse_match_share(frame.left, frame.right)};
+  constexpr std::size_t most_late{5};
+  double best{0};
+  std::string text;
+  for (std::size_t by{1}; by <= most_late; ++by) {
+    const auto other{loaded(source, static_cast<std::size_t>(frame.index) + by)};
+    if (!other) continue;
+    const bool is_left_still{other->left == frame.left};
+    if (is_left_still != (other->right == frame.right)) {
       return fmt::format(
-          "the {} images are a frame late: this {} image belongs to the {} image of the next frame. Pair "
-          "images of the same instant.",
-          late > early ? "right" : "left", late > early ? "left" : "right", late > early ? "right" : "left");
+          "the {} image of {} is the same as that of {}: that camera has stopped, or its images are copies.",
+          is_left_still ? "left" : "right", other->name, frame.name);
     }
+    const double late{io::coarse_match_share(frame.left, other->right)};
+    const double early{io::coarse_match_share(other->left, frame.right)};
+    if (std::max(late, early) <= best) continue;
+    best = std::max(late, early);
+    text = fmt::format(
+        "the {} images are {} late: this {} image belongs to the {} image of {}. Pair images of the same "
+        "instant.",
+        late > early ? "right" : "left", by == 1 ? "a frame" : fmt::format("{} frames", by),
+        late > early ? "left" : "right", late > early ? "right" : "left", other->name);
   }
-  return {};
+  return is_clearly_better(best, as_it_is, clearly_in_time) ? text : "";
 }
 
 /// Share of the pair that matches under an explanation, and the explanation; no text: it matches hardly more.
@@ -130,11 +153,23 @@ Explanation turned_images(const StereoFrame& frame, double as_it_is) {
                       clockwise > counterclockwise ? "clockwise" : "counterclockwise")};
 }
 
-/// The better one of both: shifted rows are shifted columns of turned images.
+/// One image mirrored.
+Explanation mirrored_image(const StereoFrame& frame, double as_it_is) {
+  const double of_left{io::coarse_match_share(mirrored(frame.left), frame.right)};
+  const double of_right{io::coarse_match_share(frame.left, mirrored(frame.right))};
+  const double best{std::max(of_left, of_right)};
+  if (!is_clearly_better(best, as_it_is)) return {};
+  return {best, fmt::format("the {} image is mirrored: they match when it is mirrored back. Switch that off in the "
+                            "camera or its driver.",
+                            of_left > of_right ? "left" : "right")};
+}
+
+/// The best one: shifted rows are shifted columns of turned images.
 std::string fault_of_rows(const StereoFrame& frame, double as_it_is) {
-  const Explanation shifted{shifted_rows(frame, as_it_is)};
-  const Explanation turned{turned_images(frame, as_it_is)};
-  return turned.share > shifted.share ? turned.text : shifted.text;
+  return std::ranges::max(
+             {shifted_rows(frame, as_it_is), turned_images(frame, as_it_is), mirrored_image(frame, as_it_is)}, {},
+             &Explanation::share)
+      .text;
 }
 
 /// Tests whether the images of a raw pair match without rectification.
@@ -208,6 +243,7 @@ std::optional<std::string> fault_if_upside_down(const StereoFrame& frame, const 
 std::optional<std::string> fault_of_shift(const StereoFrame& frame, const TallyContext& context) {
   const auto problem{io::finding_if_shifted(frame, context.source_rig)};
   if (!problem) return std::nullopt;
+  if (std::string late{fault_of_time(context, frame)}; !late.empty()) return late;  // motion shifts the images
   const auto other{fault_if_upside_down(frame, context)};
   return other ? other : problem;
 }
@@ -218,9 +254,12 @@ std::string fault_of_scale(const StereoFrame& frame, const TallyContext& context
   struct Unit {
     double factor;  ///< from the disparities as they were read to those in px
     const char* name;
+    bool is_reciprocal{false};  ///< the factor is that of the reciprocals
   };
+  const double focal_baseline{context.source_rig.focal_px * context.source_rig.baseline_m};
   // SGBM's sixteenths; PNG of other factors than KITTI's 256
-  constexpr std::array of_disparities{
+  const std::array of_disparities{
+      Unit{focal_baseline, "depths in m. Put them into depth/, or give --depth DIR", true},
       Unit{1.0 / 16, "16 times too large, as OpenCV's fixed-point result. Divide them by 16"},
       Unit{4, "4 times too small, as of a PNG with 64 instead of 256. Multiply them by 4"},
       Unit{2.56,
@@ -228,7 +267,9 @@ std::string fault_of_scale(const StereoFrame& frame, const TallyContext& context
            "by 2.56"},
       Unit{16, "16 times too small, as of a PNG with 16 instead of 256. Multiply them by 16"},
       Unit{256, "256 times too small, as of a PNG in whole px. Multiply them by 256"}};
-  constexpr std::array of_depths{
+  const std::array of_depths{
+      Unit{focal_baseline, "disparities in px. Put them into disparity/, or give --disparities DIR", true},
+      Unit{focal_baseline * focal_baseline, "inverse depths in 1/m. Take their reciprocals", true},
       Unit{10, "10 times too large, as in units of 0.1 mm. Give --depth-scale 10000"},
       Unit{4, "4 times too large, as in units of 0.25 mm. Give --depth-scale 4000"},
       Unit{5, "5 times too large, as TUM's. Give --depth-scale 5000"},
@@ -242,7 +283,10 @@ std::string fault_of_scale(const StereoFrame& frame, const TallyContext& context
   std::vector<std::pair<double, std::string>> possible;                 // by distance from a usual height
   for (const Unit& unit : is_depth ? std::span<const Unit>{of_depths} : std::span<const Unit>{of_disparities}) {
     StereoFrame scaled{frame};
-    for (float& d : scaled.disparity) d *= static_cast<float>(unit.factor);
+    for (float& d : scaled.disparity) {
+      if (unit.is_reciprocal && d > 0) d = 1 / d;
+      d *= static_cast<float>(unit.factor);
+    }
     const auto ground{ground_of(scaled, context, context.source_rig, times)};
     if (!ground) continue;
     constexpr double usual_height_m{1};
@@ -266,12 +310,11 @@ PairFault fault_of_pair(const TallyContext& context, std::size_t index, const St
   }
   if (const auto fault{fault_if_upside_down(frame, context)}) return {*fault};
   if (const auto problem{io::finding_if_swapped(frame)}) return {*problem, true};
+  if (const std::string late{fault_of_time(context, frame)}; !late.empty()) return {late};
   if (io::negative_disparity_px(frame))
     return {"the right image is shifted: its farthest points have negative disparities."};
   const double as_it_is{io::coarse_match_share(frame.left, frame.right)};
-  const Input& input{context.input};
-  std::string fault{fault_of_rectification(input.recording, index, as_it_is)};
-  if (fault.empty() && input.source) fault = fault_of_time(*input.source, index, frame, as_it_is);
+  std::string fault{fault_of_rectification(context.input.recording, index, as_it_is)};
   if (fault.empty()) fault = fault_of_rows(frame, as_it_is);
   if (fault.empty()) fault = fault_of_range(frame, context);
   return {fault};

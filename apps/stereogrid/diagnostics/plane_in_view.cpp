@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "diagnostics/frame_tally.hpp"
+#include "stereogrid/io/recording.hpp"
 #include "stereogrid/pipeline.hpp"
 
 namespace stereogrid::app {
@@ -19,6 +21,7 @@ namespace {
 constexpr double degrees_per_rad{180 / std::numbers::pi};
 
 constexpr double inlier_px{1};
+constexpr std::size_t samples_min{100};
 
 /// Disparity at a pixel, relative to the principal point.
 struct Sample {
@@ -92,10 +95,19 @@ std::vector<Sample> samples_of(const Image<float>& disparity, const Rig& rig) {
   return samples;
 }
 
+/// Share of the samples on their main plane, to a part of their disparity.
+double share_on_plane(const std::vector<Sample>& samples, double focal_px) {
+  constexpr double tolerance{0.01};
+  const DisparityPlane plane{main_plane(samples, focal_px).first};
+  const auto is_on = [&](const Sample& sample) {
+    return residual_px(plane, sample, focal_px) < tolerance * sample.disparity_px;
+  };
+  return static_cast<double>(std::ranges::count_if(samples, is_on)) / static_cast<double>(samples.size());
+}
+
 }  // namespace
 
 std::optional<std::string> fault_of_view(const StereoFrame& frame, const TallyContext& context) {
-  constexpr std::size_t fewest_samples{100};
   constexpr double fewest_share{0.6};
   constexpr double steepest_deg{45};  // supported by calibrations and the search
   constexpr double highest_m{4.5};    // supported by the search
@@ -105,7 +117,7 @@ std::optional<std::string> fault_of_view(const StereoFrame& frame, const TallyCo
   const FrameResult& result{pipeline.process(frame)};
   const Rig& rig{is_external ? context.source_rig : result.level_rig};
   const std::vector<Sample> samples{samples_of(is_external ? frame.disparity : result.stages.obstacle_disparity, rig)};
-  if (samples.size() < fewest_samples) return std::nullopt;
+  if (samples.size() < samples_min) return std::nullopt;
   const auto [plane, share]{main_plane(samples, rig.focal_px)};
   const double length{cv::norm(plane)};
   const double height_m{rig.baseline_m / length};
@@ -125,6 +137,25 @@ std::optional<std::string> fault_of_view(const StereoFrame& frame, const TallyCo
                     "Extrinsics are estimated up to 4.5 m above the ground: give mount: {{camera_height_m: "
                     "{:.2f}, camera_pitch_rad: {:.3f}}} in the calibration.",
                     height_m, pitch_rad);
+}
+
+std::optional<std::string> fault_of_distances(const StereoFrame& frame, const TallyContext& context) {
+  constexpr double clearly{1.5};
+  constexpr double fewest_share{0.2};
+  const io::Recording* const recording{context.input.recording};
+  if (frame.disparity.empty() || recording == nullptr || !recording->contents().has_depth) return std::nullopt;
+  const Rig& rig{context.source_rig};
+  const std::vector<Sample> samples{samples_of(frame.disparity, rig)};
+  if (samples.size() < samples_min) return std::nullopt;
+  std::vector<Sample> as_distances{samples};
+  for (Sample& s : as_distances) s.disparity_px *= std::hypot(s.u, s.v, rig.focal_px) / rig.focal_px;
+  const double as_depths{share_on_plane(samples, rig.focal_px)};
+  const double share{share_on_plane(as_distances, rig.focal_px)};
+  if (share < fewest_share || share < clearly * as_depths) return std::nullopt;
+  return fmt::format(
+      "the depths seem to be distances from the camera's centre: as such {:.0f} % of them lie on a plane, as depths "
+      "along the optical axis {:.0f} %. Multiply each pixel by f / sqrt(f² + (u − cx)² + (v − cy)²), or record depths.",
+      100 * share, 100 * as_depths);
 }
 
 }  // namespace stereogrid::app

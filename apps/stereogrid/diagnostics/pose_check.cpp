@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <functional>
 
 #include "stereogrid/error.hpp"
 #include "stereogrid/odometry.hpp"
@@ -22,13 +23,18 @@ constexpr double compared_m{0.25};
 constexpr double compared_rad{0.05};
 constexpr std::size_t steps_min{5};
 constexpr double path_min_m{1};
-constexpr double kept_share{0.8};  // steps that fit best: poses may jump
+constexpr double short_path_min_m{0.5};  // for fewer steps
+constexpr double kept_share{0.8};        // steps that fit best: poses may jump
 // Differences that the poses of recorded drives do not have.
 constexpr double yaw_max_rad{10 * per_degree};
 constexpr double scale_max{1.25};
 constexpr double lever_max_m{0.3};
 constexpr double residual_max{0.3};  // share of the travel
 constexpr double sigmas{3};
+// The same of fewer steps than steps_min.
+constexpr double short_yaw_max_rad{45 * per_degree};
+constexpr double short_scale_max{2};
+constexpr double unseen_scale{5};  // poses and images have no path in common beyond it
 
 Complex place(const Pose2& pose) {
   return {pose.x_m, pose.y_m};
@@ -47,11 +53,22 @@ struct HandEye {
   static Complex lever_factor(const MotionPair& step) { return 1.0 - std::polar(1.0, step.seen.yaw_rad); }
 };
 
-double travelled_m(std::span<const MotionPair> steps) {
+double travelled_m(std::span<const MotionPair> steps, Pose2 MotionPair::*motion = &MotionPair::seen) {
   double sum{0};
-  for (const MotionPair& step : steps) sum += std::abs(place(step.seen));
+  for (const MotionPair& step : steps) sum += std::abs(place(step.*motion));
   return sum;
 }
+
+/// Median length of the steps, m.
+double usual_step_m(std::span<const MotionPair> steps, Pose2 MotionPair::*motion) {
+  std::vector<double> lengths;
+  for (const MotionPair& step : steps) lengths.push_back(std::abs(place(step.*motion)));
+  const auto middle{lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2)};
+  std::ranges::nth_element(lengths, middle);
+  return *middle;
+}
+
+constexpr const char* remedy_of_scale{"Check their unit (m), baseline_m and the focal length."};
 
 double residual_m2(const HandEye& fit, std::span<const MotionPair> steps) {
   double sum{0};
@@ -88,7 +105,16 @@ HandEye fitted(std::span<const MotionPair> steps) {
 
 std::optional<std::string> contradiction_of(std::span<const MotionPair> pairs) {
   std::vector<MotionPair> steps{pairs.begin(), pairs.end()};
-  if (steps.size() < steps_min || travelled_m(steps) < path_min_m) return std::nullopt;
+  const bool are_few{steps.size() < steps_min};
+  const double path_m{std::max(travelled_m(steps), travelled_m(steps, &MotionPair::external))};
+  if (steps.empty() || path_m < (are_few ? short_path_min_m : path_min_m)) return std::nullopt;
+  constexpr const char* const beginning{"the poses contradict the motion in the images, in {} steps over {:.1f} m: "};
+  const double seen_m{usual_step_m(steps, &MotionPair::seen)};
+  const double external_m{usual_step_m(steps, &MotionPair::external)};
+  if (external_m >= compared_m && external_m > unseen_scale * seen_m) {
+    return fmt::format(beginning, steps.size(), travelled_m(steps)) +
+           fmt::format("they move {:.1f} m. {}", travelled_m(steps, &MotionPair::external), remedy_of_scale);
+  }
   const HandEye first{fitted(steps)};
   const auto error = [&](const MotionPair& step) { return std::norm(first.residual(step)); };
   std::ranges::sort(steps, [&](const MotionPair& a, const MotionPair& b) { return error(a) < error(b); });
@@ -97,27 +123,32 @@ std::optional<std::string> contradiction_of(std::span<const MotionPair> pairs) {
   double travel_m2{0};
   double turn_rad2{0};
   double turn_error_rad2{0};
+  double seen_rad{0};
+  double drift_rad{0};
   for (const MotionPair& step : steps) {
+    const double turn_error_rad{std::remainder(step.external.yaw_rad - step.seen.yaw_rad, 360 * per_degree)};
+    seen_rad += step.seen.yaw_rad;
+    drift_rad += turn_error_rad;
     travel_m2 += std::norm(place(step.seen));
     turn_rad2 += std::norm(step.seen.yaw_rad) + compared_rad * compared_rad;
-    turn_error_rad2 += std::norm(std::remainder(step.external.yaw_rad - step.seen.yaw_rad, 360 * per_degree));
+    turn_error_rad2 += std::norm(turn_error_rad);
   }
   const double scale{std::abs(fit.turn)};
   const double yaw_rad{std::arg(fit.turn)};
-  const bool is_other_motion{residual_m2(fit, steps) > residual_max * residual_max * travel_m2 ||
-                             turn_error_rad2 > residual_max * residual_max * turn_rad2};
-  const bool is_scaled{scale > scale_max || scale < 1 / scale_max};
-  const bool is_turned{std::abs(yaw_rad) > yaw_max_rad};
-  const bool is_away{std::abs(fit.lever) > lever_max_m};
+  const double most_scale{are_few ? short_scale_max : scale_max};
+  const bool is_other_motion{!are_few && (residual_m2(fit, steps) > residual_max * residual_max * travel_m2 ||
+                                          turn_error_rad2 > residual_max * residual_max * turn_rad2 ||
+                                          std::abs(drift_rad) > residual_max * std::abs(seen_rad) + compared_rad)};
+  const bool is_scaled{scale > most_scale || scale < 1 / most_scale};
+  const bool is_turned{std::abs(yaw_rad) > (are_few ? short_yaw_max_rad : yaw_max_rad)};
+  const bool is_away{!are_few && std::abs(fit.lever) > lever_max_m};
   if (!is_other_motion && !is_scaled && !is_turned && !is_away) return std::nullopt;
-  const std::string text{fmt::format(
-      "the poses contradict the motion in the images, in {} steps over {:.1f} m: ", steps.size(), travelled_m(steps))};
+  const std::string text{fmt::format(beginning, steps.size(), travelled_m(steps))};
   constexpr const char* const remedy{
       " Poses are of the point on the road below the left camera, x forward (docs/input.md, Poses). Transform them, or "
       "use --poses odometry."};
   if (is_other_motion) return text + "they follow another path. Are they of this drive, in m and rad?" + remedy;
-  if (is_scaled)
-    return text + fmt::format("they move {:.2f} times as far. Are they in metres, or is baseline_m wrong?", scale);
+  if (is_scaled) return text + fmt::format("they move {:.2f} times as far. {}", scale, remedy_of_scale);
   const std::string where{fit.lever_sigma > 0 ? fmt::format("at x {:.2f} m, y {:.2f} m (± {:.2f} m) of their frame",
                                                             fit.lever.real(), fit.lever.imag(), fit.lever_sigma)
                                               : "at a place that a straight drive does not show"};
@@ -125,30 +156,75 @@ std::optional<std::string> contradiction_of(std::span<const MotionPair> pairs) {
          remedy;
 }
 
-std::optional<std::string> contradiction_of_poses(const Input& input) {
-  if (input.poses != PoseSource::input || input.recording == nullptr || input.source->size() < 2) return std::nullopt;
+namespace {
+
+/// Pose of a frame by the images and by the poses that came with them.
+struct PlacedFrame {
+  Pose2 seen;
+  Pose2 external;
+};
+
+/// Runs of frames in the middle of the input whose poses are both known.
+std::vector<std::vector<PlacedFrame>> placed_frames(const Input& input) {
   VisualOdometry odometry{input.source->rig(), input.mask};
   const std::size_t size{input.source->size()};
   const std::size_t first{size > frames_compared ? (size - frames_compared) / 2 : 0};
-  std::vector<MotionPair> steps;
-  MotionPair from;  // places at the last compared frame
-  bool has_place{false};
+  std::vector<std::vector<PlacedFrame>> runs(1);
   for (std::size_t i{first}; i < std::min(size, first + frames_compared); ++i) {
     try {
       const StereoFrame frame{input.source->load(i)};
       const OdometryStep step{odometry.update(frame)};
-      const bool is_placed{!step.warning && frame.world_from_vehicle};
-      const MotionPair now{step.world_from_vehicle, frame.world_from_vehicle.value_or(Pose2{})};
-      const MotionPair moved{inverse(from.seen) * now.seen, inverse(from.external) * now.external};
-      const bool is_long{std::abs(place(moved.seen)) >= compared_m || std::abs(moved.seen.yaw_rad) >= compared_rad};
-      if (is_placed && has_place && is_long) steps.push_back(moved);
-      if (!is_placed || !has_place || is_long) from = now;
-      has_place = is_placed;
+      if (!step.warning && frame.world_from_vehicle) {
+        runs.back().push_back({step.world_from_vehicle, *frame.world_from_vehicle});
+        continue;
+      }
     } catch (const InputError&) {  // reported where the frames are processed
-      has_place = false;
+    }
+    runs.emplace_back();
+  }
+  return runs;
+}
+
+/// Steps between frames far enough from each other. `change`: of the poses that came with the images.
+std::vector<MotionPair> steps_of(const std::vector<std::vector<PlacedFrame>>& runs,
+                                 const std::function<Pose2(const Pose2&)>& change) {
+  const auto is_long = [](const Pose2& moved) {
+    return std::abs(place(moved)) >= compared_m || std::abs(moved.yaw_rad) >= compared_rad;
+  };
+  std::vector<MotionPair> steps;
+  for (const std::vector<PlacedFrame>& run : runs) {
+    if (run.empty()) continue;
+    PlacedFrame from{run.front()};
+    for (const PlacedFrame& now : run) {
+      const MotionPair moved{inverse(from.seen) * now.seen, inverse(change(from.external)) * change(now.external)};
+      if (!is_long(moved.seen) && !is_long(moved.external)) continue;
+      steps.push_back(moved);
+      from = now;
     }
   }
-  return contradiction_of(steps);
+  return steps;
+}
+
+}  // namespace
+
+std::optional<std::string> contradiction_of_poses(const Input& input) {
+  if (input.poses != PoseSource::input || input.recording == nullptr || input.source->size() < 2) return std::nullopt;
+  const auto runs{placed_frames(input)};
+  const auto with = [&](const std::function<Pose2(const Pose2&)>& change) {
+    return contradiction_of(steps_of(runs, change));
+  };
+  std::optional<std::string> text{with([](const Pose2& pose) { return pose; })};
+  if (!text) return std::nullopt;
+  if (!with([](const Pose2& pose) { return inverse(pose); })) {
+    return "the poses seem to be inverted: they fit the motion in the images as camera_from_world, but "
+           "world_from_camera is "
+           "needed. Invert them, or use --poses odometry.";
+  }
+  if (!with([](const Pose2& pose) { return Pose2{pose.x_m, -pose.y_m, -pose.yaw_rad}; })) {
+    return "the images turn to the other side than the poses: the images are mirrored, or y and the heading of the "
+           "poses have the other sign (docs/input.md, Poses).";
+  }
+  return text;
 }
 
 }  // namespace stereogrid::app

@@ -77,10 +77,14 @@ class Looking {
     try {
       const StereoFrame frame{source_.load(index)};
       ++look_.usable;
-      if (frame.right.empty()) return;
+      if (frame.right.empty()) {
+        if (look_.usable > 1) return;
+        if (const auto problem{fault_of_distances(frame, context())}) report(*problem);
+        return;
+      }
       if (is_without_texture(frame)) return blank_.add(frame.name);
       if (look_.usable == 1 && input_.recording != nullptr) {
-        if (const auto problem{fault_of_shift(frame, context())}) say(*problem);
+        if (const auto problem{fault_of_shift(frame, context())}) report(*problem);
       }
       if (frame.left == frame.right) identical_.add(frame.name);
     } catch (const InputError& error) {
@@ -117,20 +121,20 @@ class Looking {
             [this](std::size_t index) { return std::optional<StereoFrame>{source_.load(index)}; }};
   }
 
-  void say(std::string text) { look_.problems.push_back(std::move(text)); }
+  void report(std::string text) { look_.problems.push_back(std::move(text)); }
 
   void diagnose() {
     if (identical_.frames > 0) {
-      say(fmt::format("left and right are the same image {}: give the right camera's images.",
-                      in_frames(identical_, look_.looked_at)));
+      report(fmt::format("left and right are the same image {}: give the right camera's images.",
+                         in_frames(identical_, look_.looked_at)));
     }
     if (blank_.frames > 0) {
-      say(fmt::format("an image is black or without texture {}: is a lens covered, or the exposure far off?",
-                      in_frames(blank_, look_.looked_at)));
+      report(fmt::format("an image is black or without texture {}: is a lens covered, or the exposure far off?",
+                         in_frames(blank_, look_.looked_at)));
     }
     const Findings found{findings_of(tally_, context())};
     look_.problems.insert(look_.problems.end(), found.texts.begin(), found.texts.end());
-    if (!own_vehicle_.empty()) say(own_vehicle_);
+    if (!own_vehicle_.empty()) report(own_vehicle_);
     measure_road();
     const Rig& rig{pipeline_.next_rig()};
     look_.rig = rig;

@@ -125,7 +125,7 @@ std::optional<std::string> finding_if_swapped(const StereoFrame& frame) {
   if (swapped < 0.1 || swapped < 2 * as_named || negative_disparity_px(frame)) return std::nullopt;
   return fmt::format(
       "frame {}: left and right seem to be swapped: {:.0f} % of the image matches at negative disparities, {:.0f} % at "
-      "positive ones. Exchange the two folders or images.",
+      "positive ones. Exchange the two folders or images. If writing in them is mirrored, mirror them back instead.",
       frame.name, 100 * swapped, 100 * as_named);
 }
 

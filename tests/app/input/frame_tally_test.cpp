@@ -171,5 +171,28 @@ TEST(PoseCheck, PosesThatContradictTheImagesAreReported) {
   EXPECT_THAT(contradiction_of(jump).value_or(""), HasSubstr("2.00 times as far"));
 }
 
+TEST(PoseCheck, AFewStepsShowLargeContradictions) {
+  const auto of_one = [](const Pose2& external) {
+    return contradiction_of(std::vector<MotionPair>{{{0.6, 0, 0}, external}}).value_or("");
+  };
+  EXPECT_EQ(of_one({0.6, 0, 0}), "");
+  EXPECT_EQ(of_one({0.9, 0.3, 0.1}), "") << "within the errors of a single step";
+  EXPECT_THAT(of_one({-0.6, 0, 0}), HasSubstr("turned by 180°"));
+  EXPECT_THAT(of_one({1.8, 0, 0}), HasSubstr("3.00 times as far"));
+}
+
+TEST(PoseCheck, ASlowTurnToTheOtherSideIsReported) {
+  const std::vector<MotionPair> steps(12, {{0.8, 0, 0.005}, {0.8, 0, -0.005}});
+  EXPECT_THAT(contradiction_of(steps).value_or(""), HasSubstr("another path"));
+  EXPECT_FALSE(contradiction_of(std::vector<MotionPair>(12, {{0.8, 0, 0.005}, {0.8, 0, 0.006}})));
+}
+
+TEST(PoseCheck, ABaselineThatIsFarTooShortIsReported) {
+  std::vector<MotionPair> steps(8, {{0.01, 0, 0}, {0.5, 0, 0}});
+  steps[3].seen = {};
+  EXPECT_THAT(contradiction_of(steps).value_or(""),
+              AllOf(HasSubstr("over 0.1 m: they move 4.0 m"), HasSubstr("baseline_m")));
+}
+
 }  // namespace
 }  // namespace stereogrid::app

@@ -4,6 +4,7 @@
 #include <regex>
 
 #include "stereogrid/io/image_file.hpp"
+#include "stereogrid/io/npz.hpp"
 #include "support.hpp"
 
 namespace stereogrid::app::testing {
@@ -139,6 +140,100 @@ TEST_F(UselessInput, InfoNoticesThatTheRightImagesAreLate) {
   }
   const Outcome info{run_tool({"info", input})};
   EXPECT_THAT(info.output, AllOf(HasSubstr("the right images are a frame late"), Not(HasSubstr("fine"))));
+}
+
+TEST_F(UselessInput, InfoNoticesThatTheLeftImagesAreTwoFramesLate) {
+  const fs::path input{drive(folder, 5)};
+  for (const char* name : {"000004.png", "000003.png", "000002.png"}) {
+    fs::copy_file(input / "left" / (std::string{"00000"} + std::to_string(name[5] - '2') + ".png"),
+                  input / "left" / name, fs::copy_options::overwrite_existing);
+  }
+  for (const char* side : {"left", "right"}) {
+    for (const char* name : {"000000.png", "000001.png"}) fs::remove(input / side / name);
+  }
+  fs::remove(input / "poses.csv");
+  expect_refused(input, "the left images are 2 frames late");
+}
+
+TEST_F(UselessInput, InfoNoticesACameraThatHasStopped) {
+  const fs::path input{drive(folder, 4)};
+  for (const char* name : {"000001.png", "000002.png", "000003.png"}) {
+    fs::copy_file(input / "right" / "000000.png", input / "right" / name, fs::copy_options::overwrite_existing);
+  }
+  EXPECT_THAT(run_tool({"info", input}).output, HasSubstr("the right image of 000002 is the same as that of 000001"));
+}
+
+TEST_F(UselessInput, InfoNoticesOneMirroredImage) {
+  const fs::path input{drive(folder, 2)};
+  replace_pairs(input, [](Grey& left, Grey&) {
+    for (int v{0}; v < left.height(); ++v) std::reverse(left.row(v), left.row(v) + left.width());
+  });
+  expect_refused(input, "the left image is mirrored");
+}
+
+TEST_F(UselessInput, InfoNoticesInvertedPoses) {
+  const fs::path input{drive(folder, 3)};
+  std::ofstream{input / "poses.csv"} << "name,stamp_ns,x_m,y_m,yaw_rad\n000000,0,0,0,0\n000001,100000000,-0.8,0,0\n"
+                                        "000002,200000000,-1.6,0,0\n";
+  EXPECT_THAT(run_well({"info", input}).output,
+              AllOf(HasSubstr("the poses seem to be inverted"), HasSubstr("usable"), Not(HasSubstr("fine"))));
+}
+
+TEST_F(UselessInput, InfoNoticesABaselineThatPutsTheCameraTooLow) {
+  const fs::path input{drive(folder, 3)};
+  std::ofstream{input / "calibration.yaml"} << "focal_px: 256.25\ncx_px: 160\ncy_px: 100\nbaseline_m: 0.022\n";
+  fs::remove(input / "poses.csv");
+  EXPECT_THAT(run_well({"info", input}).output,
+              AllOf(HasSubstr("the estimated height of the camera is 0.1"), HasSubstr("is the baseline 0.022 m")));
+}
+
+// Level ground below a wall, in disparities, depths and inverse depths of both folders.
+TEST_F(UselessInput, InfoNoticesReciprocals) {
+  const fs::path input{drive(folder, 2)};
+  fs::remove_all(input / "right");
+  std::ofstream{input / "calibration.yaml"} << "focal_px: 256.25\ncx_px: 160\ncy_px: 100\nbaseline_m: 0.22\n";
+  const auto info_with = [&](const char* kind, const std::function<double(double depth_m)>& value_of) {
+    for (const char* other : {"depth", "disparity"}) fs::remove_all(input / other);
+    fs::create_directories(input / kind);
+    std::vector<float> values;
+    for (int i{0}; i < 320 * 200; ++i) {
+      const double below{(i / 320 - 100) / 256.25};
+      values.push_back(static_cast<float>(value_of(below > 0.05 ? 1.25 / below : 25)));
+    }
+    for (const char* name : {"000000.npz", "000001.npz"}) {
+      io::write_npz(input / kind / name, std::vector<io::NpzArray>{{"values", {200, 320}, values}});
+    }
+    return run_tool({"info", input}).output;
+  };
+  const auto disparity = [](double z) { return 256.25 * 0.22 / z; };
+  EXPECT_THAT(info_with("depth", disparity), HasSubstr("They seem to be disparities in px"));
+  EXPECT_THAT(info_with("depth", [](double z) { return 1 / z; }), HasSubstr("They seem to be inverse depths in 1/m"));
+  EXPECT_THAT(info_with("disparity", [](double z) { return z; }), HasSubstr("They seem to be depths in m"));
+  EXPECT_THAT(info_with("disparity", disparity), Not(HasSubstr("seem")));
+}
+
+// Level ground and a wall, whose depths are distances from the camera's centre or not.
+TEST_F(UselessInput, InfoNoticesDistancesInPlaceOfDepths) {
+  const fs::path input{drive(folder, 2)};
+  fs::remove_all(input / "right");
+  fs::create_directories(input / "depth");
+  constexpr double focal_px{256.25};
+  const auto put_depths = [&](bool are_distances) {
+    Image<std::uint16_t> depth{320, 200};
+    for (int v{0}; v < 200; ++v) {
+      for (int u{0}; u < 320; ++u) {
+        const double below{(v - 100) / focal_px};
+        const double z{below > 0.05 ? 1.25 / below : 25};
+        const double factor{are_distances ? std::hypot(u - 160, v - 100, focal_px) / focal_px : 1};
+        depth(u, v) = static_cast<std::uint16_t>(1000 * z * factor);
+      }
+    }
+    for (const char* name : {"000000.png", "000001.png"}) io::write_png(input / "depth" / name, depth);
+    return run_tool({"info", input}).output;
+  };
+  constexpr const char* found{"the depths seem to be distances from the camera's centre"};
+  EXPECT_THAT(put_depths(true), HasSubstr(found));
+  EXPECT_THAT(put_depths(false), Not(HasSubstr(found)));
 }
 
 TEST_F(UselessInput, ARoadThatIsNotFoundIsSaid) {
