@@ -76,7 +76,7 @@ class DriveDiagnosis {
   void report_matches(const FrameCount& unmatched) {
     PairFault fault;
     if (const auto frame{context_.frame_at(unmatched.first.index)}) {
-      fault = fault_of_pair(context_, unmatched.first.index, *frame);
+      fault = fault_of_pair(context_, *frame);
     }
     findings_.are_sides_swapped = fault.is_swapped;
     if (fault.text.empty()) {

@@ -82,6 +82,9 @@ struct Findings {
 /// camera's centre.
 [[nodiscard]] std::optional<std::string> fault_of_distances(const StereoFrame& frame, const TallyContext& context);
 
+/// Texts of fault_of_shift() and fault_of_distances(), for the first frame of an input.
+[[nodiscard]] std::vector<std::string> faults_of_frame(const StereoFrame& frame, const TallyContext& context);
+
 /// Message where the road is found with external disparities or depths in another unit; "": with none.
 [[nodiscard]] std::string fault_of_scale(const StereoFrame& frame, const TallyContext& context);
 
@@ -95,7 +98,7 @@ struct PairFault {
 /// misalignment, images rectified twice, upside down, disparities beyond the search range. The text is empty if none of
 /// them is found. `index`: place of the frame in the input, which may lack a source; then its neighbours are not
 /// compared.
-[[nodiscard]] PairFault fault_of_pair(const TallyContext& context, std::size_t index, const StereoFrame& frame);
+[[nodiscard]] PairFault fault_of_pair(const TallyContext& context, const StereoFrame& frame);
 
 /// Motion of the vehicle frame between two frames, by the images and by the poses that came with them.
 struct MotionPair {

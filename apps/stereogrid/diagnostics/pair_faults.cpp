@@ -302,7 +302,15 @@ std::string fault_of_scale(const StereoFrame& frame, const TallyContext& context
   return text + ".";
 }
 
-PairFault fault_of_pair(const TallyContext& context, std::size_t index, const StereoFrame& frame) {
+std::vector<std::string> faults_of_frame(const StereoFrame& frame, const TallyContext& context) {
+  std::vector<std::string> texts;
+  for (const auto& fault : {fault_of_shift(frame, context), fault_of_distances(frame, context)}) {
+    if (fault) texts.push_back(*fault);
+  }
+  return texts;
+}
+
+PairFault fault_of_pair(const TallyContext& context, const StereoFrame& frame) {
   if (frame.right.empty()) return {};
   if (frame.left == frame.right) return {"left and right are the same image: give the right camera's images."};
   if (is_without_texture(frame)) {
@@ -314,7 +322,7 @@ PairFault fault_of_pair(const TallyContext& context, std::size_t index, const St
   if (io::negative_disparity_px(frame))
     return {"the right image is shifted: its farthest points have negative disparities."};
   const double as_it_is{io::coarse_match_share(frame.left, frame.right)};
-  std::string fault{fault_of_rectification(context.input.recording, index, as_it_is)};
+  std::string fault{fault_of_rectification(context.input.recording, static_cast<std::size_t>(frame.index), as_it_is)};
   if (fault.empty()) fault = fault_of_rows(frame, as_it_is);
   if (fault.empty()) fault = fault_of_range(frame, context);
   return {fault};

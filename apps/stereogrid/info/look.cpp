@@ -7,6 +7,7 @@
 #include <chrono>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "diagnostics/frame_tally.hpp"
 #include "stereogrid/error.hpp"
@@ -77,15 +78,11 @@ class Looking {
     try {
       const StereoFrame frame{source_.load(index)};
       ++look_.usable;
-      if (frame.right.empty()) {
-        if (look_.usable > 1) return;
-        if (const auto problem{fault_of_distances(frame, context())}) report(*problem);
-        return;
-      }
-      if (is_without_texture(frame)) return blank_.add(frame.name);
       if (look_.usable == 1 && input_.recording != nullptr) {
-        if (const auto problem{fault_of_shift(frame, context())}) report(*problem);
+        for (std::string& text : faults_of_frame(frame, context())) report(std::move(text));
       }
+      if (frame.right.empty()) return;
+      if (is_without_texture(frame)) return blank_.add(frame.name);
       if (frame.left == frame.right) identical_.add(frame.name);
     } catch (const InputError& error) {
       unusable_.insert(index);

@@ -111,10 +111,8 @@ class LiveLoop final : private capture::FrameHandler {
       if (found == poor_frames_.end()) return std::nullopt;
       return found->second;
     };
-    Input described;
-    described.extrinsics_given = input_.recording.extrinsics_given;
     const Findings findings{
-        findings_of(tally_, {described, config, input_.source->rig(), pipeline_.next_rig(), frame_at})};
+        findings_of(tally_, {input_.recording, config, input_.source->rig(), pipeline_.next_rig(), frame_at})};
     for (const std::string& text : findings.texts) spdlog::warn("{}", text);
     const std::string advice{advice_on_preset(config, pipeline_.next_rig())};
     if (!advice.empty()) spdlog::info("{}", advice);
@@ -139,7 +137,7 @@ class LiveLoop final : private capture::FrameHandler {
     latency_ = latencies_.add(Clock::now() - placed.captured);
     if (fusion_warning_) result.warnings.push_back({*fusion_warning_});
     log_warnings(result.warnings);
-    count(placed.frame, result);
+    count(placed, result);
     send(placed.frame, result);
   }
 
@@ -150,12 +148,13 @@ class LiveLoop final : private capture::FrameHandler {
   }
 
   // The first frames that are examined in the end are kept.
-  void count(const StereoFrame& frame, const FrameResult& result) {
+  void count(const capture::PreparedFrame& placed, const FrameResult& result) {
+    const StereoFrame& frame{placed.frame};
     tally_.add(io::summary_of(frame, result));
     const auto index{static_cast<std::size_t>(frame.index)};
     const auto is_first = [index](const FrameCount& poor) { return poor.frames == 1 && poor.first.index == index; };
     if (is_first(tally_.with(FrameStatus::few_matches)) || is_first(tally_.without_road)) {
-      poor_frames_.emplace(index, frame);
+      poor_frames_.emplace(index, frame).first->second.index = static_cast<std::int64_t>(placed.recorded);
     }
   }
 
@@ -237,6 +236,13 @@ PresetChoice preset_choice_of(const LiveInput& input) {
                        });
 }
 
+/// Logs what is wrong with the first frame of a recording, as `run` does.
+void warn_of_first_frame(const Input& input, const Config& config) {
+  const Rig& rig{input.source->rig()};
+  const StereoFrame first{first_usable_frame(*input.source, {0, input.source->size()})};
+  for (const std::string& text : faults_of_frame(first, {input, config, rig, rig, {}})) spdlog::warn("{}", text);
+}
+
 }  // namespace
 
 int live(const LiveOptions& options) {
@@ -260,6 +266,7 @@ int live(const LiveOptions& options) {
   Page page{options.page, input.kind, reset.parameters()};
   MessageOutput output{messages, &page.server(), pipeline.rig()};
   catch_interrupts();
+  if (recording != nullptr) warn_of_first_frame(input.recording, config);
   print("open {}\n", page.server().url());
   if (!failed_output().empty()) return exit_try_again;  // run_program() says it
   LiveLoop loop{input, fusion, pipeline, output, page, reset};
@@ -267,6 +274,9 @@ int live(const LiveOptions& options) {
   output.finish();
   loop.report();
   loop.report_findings(config);
+  if (interrupted() == 0) {
+    if (const auto text{contradiction_of_poses(input.recording)}) spdlog::warn("{}", *text);
+  }
   if (interrupted() != 0 || loop.has_frames()) return exit_done;
   throw InputError{input.kind, "has ended without a frame that could be used.", "The warnings above say why."};
 }

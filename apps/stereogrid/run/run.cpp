@@ -75,9 +75,8 @@ io::RunRecord record_of(const RunOptions& options, const Input& input, const Pip
   if (const auto problem{io::finding_if_swapped(first)}) throw InputError{*problem};
   if (input.recording != nullptr) {
     const Rig& rig{input.source->rig()};
-    const TallyContext context{input, pipeline.config(), rig, rig, {}};
-    for (const auto& problem : {fault_of_shift(first, context), fault_of_distances(first, context)}) {
-      if (problem) spdlog::warn("{}", *problem);
+    for (const std::string& text : faults_of_frame(first, {input, pipeline.config(), rig, rig, {}})) {
+      spdlog::warn("{}", text);
     }
   }
   return record;

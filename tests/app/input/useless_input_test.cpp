@@ -177,6 +177,10 @@ TEST_F(UselessInput, InfoNoticesInvertedPoses) {
                                         "000002,200000000,-1.6,0,0\n";
   EXPECT_THAT(run_well({"info", input}).output,
               AllOf(HasSubstr("the poses seem to be inverted"), HasSubstr("usable"), Not(HasSubstr("fine"))));
+  for (const std::vector<std::string>& words : {std::vector<std::string>{"run", input, "--out", folder / "run"},
+                                                std::vector<std::string>{"live", input, "--listen", ":0"}}) {
+    EXPECT_THAT(run_well(words).errors, HasSubstr("the poses seem to be inverted")) << words.front();
+  }
 }
 
 TEST_F(UselessInput, InfoNoticesABaselineThatPutsTheCameraTooLow) {
@@ -207,6 +211,7 @@ TEST_F(UselessInput, InfoNoticesReciprocals) {
   };
   const auto disparity = [](double z) { return 256.25 * 0.22 / z; };
   EXPECT_THAT(info_with("depth", disparity), HasSubstr("They seem to be disparities in px"));
+  EXPECT_THAT(run_tool({"live", input, "--listen", ":0"}).errors, HasSubstr("They seem to be disparities in px"));
   EXPECT_THAT(info_with("depth", [](double z) { return 1 / z; }), HasSubstr("They seem to be inverse depths in 1/m"));
   EXPECT_THAT(info_with("disparity", [](double z) { return z; }), HasSubstr("They seem to be depths in m"));
   EXPECT_THAT(info_with("disparity", disparity), Not(HasSubstr("seem")));

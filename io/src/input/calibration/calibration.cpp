@@ -74,9 +74,9 @@ cv::Matx44d camera_from_cam0(const std::vector<double>& p) {
 
 Calibration read_odometry(const std::filesystem::path& path, const KittiText& text, KittiPair pair) {
   const bool has_colour_alone{!text.has("P0") && !text.has("P1") && text.has("P3")};
-  const bool takes_grey{pair == KittiPair::grey && !has_colour_alone};
-  const auto& left{text.get(takes_grey ? "P0" : "P2", 12)};
-  const auto& right{text.get(takes_grey ? "P1" : "P3", 12)};
+  const bool is_grey_pair{pair == KittiPair::grey && !has_colour_alone};
+  const auto& left{text.get(is_grey_pair ? "P0" : "P2", 12)};
+  const auto& right{text.get(is_grey_pair ? "P1" : "P3", 12)};
   Calibration calibration;
   calibration.kind = "KITTI odometry";
   if (has_colour_alone) calibration.notes.emplace_back("cameras: P2 and P3; the file has no P0 and P1");
