@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -88,6 +90,19 @@ PixelFormat format_of(const Array& pixels, const PixelOptions& options) {
                             .c_str());
 }
 
+/// Warns of 16-bit samples whose upper bits no pixel uses, as of a sensor of 12 bits.
+void warn_of_unused_bits(const Image<std::uint8_t>& grey, const Array& pixels, int bits) {
+  constexpr int unused{4};
+  const unsigned brightest{*std::max_element(grey.begin(), grey.end())};
+  const int used{bits - 8 + static_cast<int>(std::bit_width(brightest))};
+  if (brightest == 0 || used > bits - unused) return;
+  const std::string text{std::string{pixels.name()} + ": the brightest sample uses " + std::to_string(used) + " of " +
+                         std::to_string(bits) + " bits. Give bits=" + std::to_string(used) +
+                         " if the sensor has no more."};
+  const nb::gil_scoped_acquire acquired;
+  if (PyErr_WarnEx(PyExc_RuntimeWarning, text.c_str(), 1) != 0) throw nb::python_error();
+}
+
 void assign_pixels(Image<std::uint8_t>& grey, const Array& pixels, const PixelOptions& options) {
   const PixelFormat format{format_of(pixels, options)};
   const Py_buffer& buffer{pixels.buffer()};
@@ -100,6 +115,7 @@ void assign_pixels(Image<std::uint8_t>& grey, const Array& pixels, const PixelOp
     view.stride_bytes = 0;
   }
   stereogrid::assign(grey, view);
+  if (format == PixelFormat::grey16) warn_of_unused_bits(grey, pixels, options.bits);
 }
 
 template <class T, class To, class Convert>

@@ -69,6 +69,8 @@ def test_bits_and_color(scene: sg.Recording, frames: list[sg.Frame]) -> None:
     expected = occupancy(scene, left, right)
     twelve = [image.astype(np.uint16) << 4 for image in (left, right)]
     np.testing.assert_array_equal(occupancy(scene, *twelve, bits=12), expected)
+    with pytest.warns(RuntimeWarning, match="left: the brightest sample uses 12 of 16 bits. Give bits=12"):
+        occupancy(scene, *twelve)
     color = [np.repeat(image[:, :, None], 3, 2) for image in (left, right)]
     np.testing.assert_array_equal(occupancy(scene, *color, color="rgb"), expected)
     with pytest.raises(ValueError, match="color '' of an image with channels"):
