@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-import { isDark, perTheme, rgb } from './theme.js';
+import { perTheme, rgb } from './theme.js';
 
 /**
  * What the grid view draws: cells with x fastest, the corner of the smallest x and y, and for each cell a colour and a
@@ -32,16 +32,17 @@ const occupancyPixels = perTheme(() => {
 const hues = 64;
 const strengths = 32;
 
-/** Of a cell: the pixel of the heading's hue, the stronger the faster. */
+/** Of a cell: the pixel of the heading's colour, the stronger the faster. */
 const velocityPixels = perTheme(() => {
   const unknown = packed(rgb('--cell-unknown'));
   const standing = rgb('--cell-free');
   const fastest = 10; // m/s and more have the full colour
   const leastMoving = 0.5 / (strengths - 1); // to be seen
-  const channel = (hue, shift) => 255 * clamp(Math.abs(((hue + shift) % 6) - 3) - 1) * (isDark() ? 1 : 0.85);
+  const wheel = Array.from({ length: 8 }, (_, i) => rgb(`--heading-${i}`));
   const table = Int32Array.from({ length: hues * strengths }, (_, i) => {
-    const hue = 6 * (Math.floor(i / strengths) / hues + 1);
-    return packed(mix(standing, [0, 4, 2].map((shift) => channel(hue, shift)), (i % strengths) / (strengths - 1)));
+    const at = (Math.floor(i / strengths) / hues) * wheel.length;
+    const heading = mix(wheel[Math.floor(at)], wheel[Math.ceil(at) % wheel.length], at % 1);
+    return packed(mix(standing, heading, (i % strengths) / (strengths - 1)));
   });
   return (vx, vy, moving) => {
     if (moving !== moving) return unknown; // NaN

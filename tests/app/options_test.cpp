@@ -103,6 +103,14 @@ TEST_F(Options, PicturesOfAWideGridAreNoWiderThanOthers) {
   EXPECT_LT(read.width(), 4000);
 }
 
+TEST_F(Options, PicturesAreSvgOnRequest) {
+  const fs::path out{folder / "run"};
+  run_well({"run", small_scene("empty", "&frames=1"), "--out", out, "--pictures", "svg"});
+  EXPECT_THAT(files_in(out / "pictures"), ElementsAre("000000.svg"));
+  EXPECT_TRUE(text_of(out / "pictures" / "000000.svg").starts_with("<svg "));
+  expect_refused({{"run", "scene:empty", "--out", folder / "never", "--pictures", "jpg"}, "jpg"}, 64);
+}
+
 TEST_F(Options, EmptyValuesAreRefused) {
   const std::string out{folder / "never"};
   const std::string said{"is empty"};

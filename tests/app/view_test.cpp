@@ -170,7 +170,7 @@ struct SentBytes final : messages::Sink {
 
 TEST(StoredFrames, AreSentInAnyOrder) {
   const tests::TemporaryFolder folder;
-  static_cast<void>(small_run(folder / "run", [](RunOptions& options) { options.pictures = true; }));
+  static_cast<void>(small_run(folder / "run", [](RunOptions& options) { options.pictures = "png"; }));
   const auto frames{stored_frames(folder / "run")};
   EXPECT_EQ(frames->stamps_ns().size(), 2U);
   EXPECT_LT(frames->stamps_ns()[0], frames->stamps_ns()[1]);

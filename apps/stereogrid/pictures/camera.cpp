@@ -96,7 +96,7 @@ cv::Mat tinted(const cv::Mat& grey, const cv::Mat1b& kinds) {
   for (int v{0}; v < colour.rows; ++v) {
     for (int u{0}; u < colour.cols; ++u) {
       const std::uint8_t kind{kinds(v, u)};
-      if (kind != nothing) blend(colour.at<cv::Vec3b>(v, u), kind == upright ? palette::upright : palette::road);
+      if (kind != nothing) blend(colour.at<cv::Vec3b>(v, u), kind == upright ? palette().upright : palette().road);
     }
   }
   return colour;
@@ -104,12 +104,10 @@ cv::Mat tinted(const cv::Mat& grey, const cv::Mat1b& kinds) {
 
 }  // namespace
 
-void draw_camera(cv::Mat& canvas, const Box& box, const StereoFrame& frame, const FrameResult& result, const Rig& rig) {
+void draw_camera(Canvas& canvas, const Box& box, const StereoFrame& frame, const FrameResult& result, const Rig& rig) {
   const Rig level_rig{LevelMapping{rig}.level_rig()};
-  cv::Mat colour{tinted(level_image(frame, rig), classes_of(result, level_rig))};
-  draw_obstacles_in_image(colour, result, level_rig);
-  cv::Mat part{canvas(cv::Rect{box.x, box.y, box.width, box.height})};
-  cv::resize(colour, part, part.size(), 0, 0, box.width < colour.cols ? cv::INTER_AREA : cv::INTER_LINEAR);
+  canvas.image(box, tinted(level_image(frame, rig), classes_of(result, level_rig)), true);
+  draw_obstacles_in_image(canvas, box, result, level_rig);
   frame_box(canvas, box);
 }
 

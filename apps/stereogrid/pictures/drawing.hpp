@@ -1,73 +1,91 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
+#include <array>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 
+#include "pictures/canvas.hpp"
 #include "stereogrid/camera.hpp"
 #include "stereogrid/grid.hpp"
 #include "stereogrid/pipeline.hpp"
 
 namespace stereogrid::app {
 
-struct Colour {
-  std::uint8_t red{0};
-  std::uint8_t green{0};
-  std::uint8_t blue{0};
+/// Colours of visualisations: those of the page's light theme, and the tints of the camera image.
+struct Palette {
+  Colour paper{theme_colour("--paper")};
+  Colour card{theme_colour("--card")};
+  Colour ink{theme_colour("--ink")};
+  Colour soft{theme_colour("--soft")};
+  Colour free{theme_colour("--cell-free")};
+  Colour unknown{theme_colour("--cell-unknown")};
+  Colour occupied{theme_colour("--cell-occupied")};
+  Colour below{theme_colour("--elevation-below")};
+  Colour level{theme_colour("--elevation-level")};
+  Colour above{theme_colour("--elevation-above")};
+  Colour object{theme_colour("--obstacle-thing")};
+  Colour boundary{theme_colour("--obstacle-other")};
+  Colour drop{theme_colour("--obstacle-drop")};
+  Colour ring{theme_colour("--ring")};
+  std::array<Colour, 8> headings;  ///< every 45°, from ahead on, counter-clockwise
+  Colour upright{230, 40, 40};
+  Colour road{50, 110, 255};
 
-  friend bool operator==(const Colour&, const Colour&) = default;
+  Palette();
 };
+[[nodiscard]] const Palette& palette();
 
-namespace palette {
-constexpr Colour paper{250, 250, 248};
-constexpr Colour ink{32, 34, 38};
-constexpr Colour faint_ink{110, 114, 120};
-constexpr Colour frame{150, 154, 160};
-constexpr Colour upright{230, 40, 40};
-constexpr Colour road{50, 110, 255};
-constexpr Colour ruler{60, 130, 190};
-constexpr Colour obstacle{235, 120, 0};
-constexpr Colour drop{190, 40, 200};
-}  // namespace palette
-
-/// Part of a canvas, in pixels.
-struct Box {
-  int x{0};
-  int y{0};
-  int width{0};
-  int height{0};
-};
-
-[[nodiscard]] inline cv::Scalar scalar(Colour colour) {
-  return {double(colour.red), double(colour.green), double(colour.blue)};
-}
-
-enum class Align { left, centre, right };
-
-// Canvases are 8-bit R G B.
-
-/// ASCII text; (x, y) is the left end, middle or right end of its base line.
-void draw_text(cv::Mat& canvas, int x, int y, const std::string& text, Colour colour = palette::ink,
-               Align align = Align::left, double size = 0.45);
-/// The same, readable on any background.
-void draw_text_on_picture(cv::Mat& canvas, int x, int y, const std::string& text, Colour colour,
-                          Align align = Align::left);
-void fill_box(cv::Mat& canvas, const Box& box, Colour colour);
-void frame_box(cv::Mat& canvas, const Box& box);
-
-/// White free, black occupied, mid grey unknown.
-[[nodiscard]] std::uint8_t grey_of(float occupancy);
-/// A colour per direction in the vehicle's plane (rad, 0 ahead, counter-clockwise).
+/// Between two colours; `share` from 0 to 1.
+[[nodiscard]] Colour mix(Colour from, Colour to, double share);
+/// Colour of an occupancy: white is free, dark is occupied.
+[[nodiscard]] Colour colour_of_occupancy(double occupancy);
+/// Colour of an elevation, m: in full from 0.5 m on.
+[[nodiscard]] Colour colour_of_elevation(double elevation_m);
+/// Colour of a direction in the vehicle's plane (rad, 0 ahead, counter-clockwise). Opposite directions differ under
+/// deuteranopia and protanopia, too.
 [[nodiscard]] Colour colour_of_direction(double direction_rad);
+/// Colour of an obstacle: that of its direction while it moves, else of its kind.
+[[nodiscard]] Colour colour_of(const Obstacle& obstacle);
+/// RGB of occupancies, in the order of the image.
+[[nodiscard]] cv::Mat occupancy_colours(const Image<float>& occupancy);
+
+constexpr double text_px{16};  ///< size of letters
+constexpr double title_px{20};
+constexpr double halo_px{2.5};   ///< paper around letters over an image
+constexpr double outline_px{2};  ///< width of obstacles' outlines
+
+void fill_box(Canvas& canvas, const Box& box, Colour colour);
+void frame_box(Canvas& canvas, const Box& box);
+/// Lines readable on any background.
+void draw_lines(Canvas& canvas, const std::vector<Points>& lines, const Stroke& stroke);
+/// An arrow of one scale: its head has the same size for all lengths that hold it.
+void draw_arrow(Canvas& canvas, cv::Point2d from, cv::Point2d to, Colour colour);
+
+/// Numbers of obstacles in a view, and the speed of dynamic ones. Labels that would cover one another are left out.
+class Labels {
+ public:
+  Labels(Canvas& canvas, cv::Size view) : canvas_{canvas}, view_{view} {}
+
+  /// `at`: the middle of the base line.
+  void add(const Obstacle& obstacle, cv::Point2d at);
+
+ private:
+  Canvas& canvas_;
+  cv::Size view_;
+  std::vector<cv::Rect2d> covered_;
+};
+
+/// Confirmed obstacles, dynamic ones first, then in the order of distance.
+[[nodiscard]] std::vector<Obstacle> shown_obstacles(const FrameResult& result);
 
 /// The vehicle frame on the canvas: x up, y to the left. `box` shows the whole grid.
 class TopView {
  public:
   TopView(const Box& box, const GridGeometry& grid);
 
-  [[nodiscard]] cv::Point at(double x_m, double y_m) const;
+  [[nodiscard]] cv::Point2d at(double x_m, double y_m) const;
   [[nodiscard]] double px_per_m() const { return px_per_m_; }
   [[nodiscard]] double far_m() const { return x_max_m_; }
 
@@ -81,21 +99,20 @@ class TopView {
 /// The multiples of a round step in [from, to].
 [[nodiscard]] std::vector<double> ruler_marks(double from_m, double to_m, double length_m);
 
-/// Field of view and distances.
-void draw_rulers(cv::Mat& part, const TopView& view, const Rig& rig);
-
 // Panels of a visualisation. Each fills its box and labels its axes in the margins around it.
 
-constexpr int axis_margin_px{44};  ///< room for the labels on the left and right of a panel
-constexpr int legend_height_px{84};
+constexpr int axis_margin_px{64};  ///< room for the labels on the left and right of a panel
+constexpr int axis_below_px{50};   ///< and below the grid
+constexpr int legend_height_px{128};
+constexpr int legend_width_px{620};
 
-void draw_camera(cv::Mat& canvas, const Box& box, const StereoFrame& frame, const FrameResult& result, const Rig& rig);
-/// Boxes of objects, boundaries as lines with their height, speeds of dynamic obstacles. `image`: level, with the size
-/// of `level_rig`.
-void draw_obstacles_in_image(cv::Mat& image, const FrameResult& result, const Rig& level_rig);
-void draw_u_disparity(cv::Mat& canvas, const Box& box, const FrameResult& result, const Rig& rig);
-void draw_grid(cv::Mat& canvas, const Box& box, const FrameResult& result, const Rig& rig);
-/// Shades of occupancy and colours of motion.
-void draw_grid_legend(cv::Mat& canvas, const Box& box);
+void draw_camera(Canvas& canvas, const Box& box, const StereoFrame& frame, const FrameResult& result, const Rig& rig);
+/// Boxes of objects, boundaries as lines with their height, numbers, speeds of dynamic obstacles. `box`: shows the
+/// level image, whose rig is `level_rig`.
+void draw_obstacles_in_image(Canvas& canvas, const Box& box, const FrameResult& result, const Rig& level_rig);
+void draw_u_disparity(Canvas& canvas, const Box& box, const FrameResult& result, const Rig& rig);
+void draw_grid(Canvas& canvas, const Box& box, const FrameResult& result, const Rig& rig);
+/// Scales of occupancy and elevation, kinds of lines, wheel of directions.
+void draw_grid_legend(Canvas& canvas, const Box& box);
 
 }  // namespace stereogrid::app

@@ -1,128 +1,180 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
-#include <opencv2/imgproc.hpp>
+#include <numbers>
 #include <vector>
 
 #include "pictures/drawing.hpp"
+#include "pictures/letters.hpp"
 
 namespace stereogrid::app {
 namespace {
 
 constexpr float moving_above_mps{1.0F};
 constexpr float moving_occupancy{0.6F};
-constexpr double arrow_s{1.0};  // arrows end at the position after this time
+constexpr double arrow_s{1.0};          // arrows end at the position after this time
+constexpr float elevation_sigmas{2};    // smaller elevations may be noise
+constexpr float elevation_min_m{0.1F};  // a kerb's
+
+Colour colour_of_cell(const FrameResult& result, int ix, int iy) {
+  const float p{result.vehicle.occupancy(ix, iy)};
+  const float vx{result.vehicle.velocity_x(ix, iy)};
+  const float vy{result.vehicle.velocity_y(ix, iy)};
+  if (p > moving_occupancy && std::hypot(vx, vy) > moving_above_mps) return colour_of_direction(std::atan2(vy, vx));
+  if (p < 0.5F && !result.elevation_m.empty()) {
+    const float z_m{result.elevation_m(ix, iy)};
+    if (std::abs(z_m) > std::max(elevation_min_m, elevation_sigmas * result.elevation_sigma_m(ix, iy))) {
+      return mix(colour_of_elevation(z_m), palette().unknown, 2 * p);
+    }
+  }
+  return colour_of_occupancy(p);
+}
 
 cv::Mat draw_cells(const FrameResult& result) {
   const GridGeometry& grid{result.vehicle.geometry};
   cv::Mat cells(grid.nx, grid.ny, CV_8UC3);
   for (int iy{0}; iy < grid.ny; ++iy) {
     for (int ix{0}; ix < grid.nx; ++ix) {
-      const float p{result.vehicle.occupancy(ix, iy)};
-      const float vx{result.vehicle.velocity_x(ix, iy)};
-      const float vy{result.vehicle.velocity_y(ix, iy)};
-      const std::uint8_t grey{grey_of(p)};
-      Colour colour{grey, grey, grey};
-      if (p > moving_occupancy && std::hypot(vx, vy) > moving_above_mps)
-        colour = colour_of_direction(std::atan2(vy, vx));
+      const Colour colour{colour_of_cell(result, ix, iy)};
       cells.at<cv::Vec3b>(grid.nx - 1 - ix, grid.ny - 1 - iy) = {colour.red, colour.green, colour.blue};
     }
   }
   return cells;
 }
 
-void draw_axes(cv::Mat& canvas, const Box& box, const TopView& view, const GridGeometry& grid) {
-  const double x_end_m{grid.x_min_m + grid.nx * grid.cell_size_m};
-  const double y_end_m{grid.y_min_m + grid.ny * grid.cell_size_m};
-  for (const double x_m : ruler_marks(grid.x_min_m, x_end_m, x_end_m)) {
-    const int y{view.at(x_m, 0).y};
-    cv::line(canvas, {box.x - 6, y}, {box.x - 1, y}, scalar(palette::ink));
-    draw_text(canvas, box.x - 9, y + 5, fmt::format("{:g}", x_m), palette::ink, Align::right, 0.4);
-  }
-  for (const double y_m : ruler_marks(grid.y_min_m, y_end_m, x_end_m)) {
-    const int x{view.at(0, y_m).x};
-    cv::line(canvas, {x, box.y + box.height}, {x, box.y + box.height + 5}, scalar(palette::ink));
-    draw_text(canvas, x, box.y + box.height + 18, fmt::format("{:g}", y_m), palette::ink, Align::centre, 0.4);
+/// Field of view and distances.
+void draw_rulers(Canvas& canvas, const TopView& view, const Rig& rig) {
+  constexpr int pieces{48};
+  const double far_m{view.far_m()};
+  const double left{std::atan(rig.cx_px / rig.focal_px)};
+  const double right{-std::atan((rig.width_px - rig.cx_px) / rig.focal_px)};
+  const Stroke stroke{palette().ring, 1};
+  for (const double side : {left, right}) canvas.line({view.at(0, 0), view.at(far_m, std::tan(side) * far_m)}, stroke);
+  for (const double range_m : ruler_marks(0, 1.5 * far_m, far_m)) {
+    Points arc;
+    for (int i{0}; i <= pieces; ++i) {
+      const double angle{right + (left - right) * i / pieces};
+      arc.push_back(view.at(range_m * std::cos(angle), range_m * std::sin(angle)));
+    }
+    canvas.line(arc, stroke);
   }
 }
 
-void draw_arrow(cv::Mat& part, const TopView& view, const Obstacle& obstacle, Colour colour) {
-  const cv::Point start{view.at(obstacle.x_m, obstacle.y_m)};
-  const cv::Point end{view.at(obstacle.x_m + arrow_s * obstacle.vx_mps, obstacle.y_m + arrow_s * obstacle.vy_mps)};
-  const double length_px{std::hypot(end.x - start.x, end.y - start.y)};
-  cv::arrowedLine(part, start, end, scalar(palette::paper), 5, cv::LINE_AA, 0, std::min(0.5, 8 / length_px));
-  cv::arrowedLine(part, start, end, scalar(colour), 2, cv::LINE_AA, 0, std::min(0.5, 8 / length_px));
+void draw_axes(Canvas& canvas, const Box& box, const TopView& view, const GridGeometry& grid) {
+  constexpr double tick_px{6};
+  const double x_end_m{grid.x_min_m + grid.nx * grid.cell_size_m};
+  const double y_end_m{grid.y_min_m + grid.ny * grid.cell_size_m};
+  const double left{double(box.x)};
+  const double bottom{double(box.y) + box.height};
+  const Palette& use{palette()};
+  for (const double x_m : ruler_marks(grid.x_min_m, x_end_m, x_end_m)) {
+    const double y{view.at(x_m, 0).y};
+    canvas.line({{left - tick_px, y}, {left, y}}, {use.ink});
+    canvas.text({left - tick_px - 3, y + 5}, fmt::format("{:g}", x_m), {.colour = use.ink, .align = Align::right});
+  }
+  for (const double y_m : ruler_marks(grid.y_min_m, y_end_m, x_end_m)) {
+    const double x{view.at(0, y_m).x};
+    canvas.line({{x, bottom}, {x, bottom + tick_px}}, {use.ink});
+    canvas.text({x, bottom + tick_px + 15}, fmt::format("{:g}", y_m), {.colour = use.ink, .align = Align::centre});
+  }
+  canvas.text({left - 42, box.y + box.height / 2.0}, "x, ahead (m)",
+              {.colour = use.ink, .align = Align::centre, .upwards = true});
+  canvas.text({left + box.width / 2.0, bottom + 42}, "y, to the left (m)", {.colour = use.ink, .align = Align::centre});
 }
 
 // The outline: closed around an object, a line along a boundary or an edge.
-void draw_obstacle(cv::Mat& part, const TopView& view, const Obstacle& obstacle) {
-  std::vector<cv::Point> points;
+void draw_outline(Canvas& canvas, const TopView& view, const Obstacle& obstacle) {
+  Points points;
   for (const Point2& point : obstacle.outline) points.push_back(view.at(point.x, point.y));
-  const double speed{std::hypot(obstacle.vx_mps, obstacle.vy_mps)};
-  const bool moves{speed > moving_above_mps};
-  const bool is_drop{obstacle.kind == ObstacleKind::drop};
-  const Colour standing{is_drop ? palette::drop : palette::obstacle};
-  const Colour colour{moves ? colour_of_direction(std::atan2(obstacle.vy_mps, obstacle.vx_mps)) : standing};
-  cv::polylines(part, points, obstacle.kind == ObstacleKind::object, scalar(colour), moves || is_drop ? 2 : 1,
-                cv::LINE_AA);
-  if (moves) draw_arrow(part, view, obstacle, colour);
-}
-
-void label_obstacle(cv::Mat& part, const TopView& view, const Obstacle& obstacle) {
-  const double speed{std::hypot(obstacle.vx_mps, obstacle.vy_mps)};
-  const std::string text{speed > moving_above_mps ? fmt::format("{}: {:.1f} m/s", obstacle.id, speed)
-                                                  : fmt::format("{}", obstacle.id)};
-  const cv::Point place{view.at(obstacle.x_m, obstacle.y_m)};
-  if (!cv::Rect{0, 0, part.cols, part.rows}.contains(place)) return;
-  draw_text_on_picture(part, std::min(place.x + 6, part.cols - 70), std::clamp(place.y + 4, 14, part.rows - 6), text,
-                       palette::ink);
+  draw_lines(canvas, {points}, {colour_of(obstacle), outline_px, obstacle.kind == ObstacleKind::object});
 }
 
 }  // namespace
 
-void draw_grid(cv::Mat& canvas, const Box& box, const FrameResult& result, const Rig& rig) {
+void draw_grid(Canvas& canvas, const Box& box, const FrameResult& result, const Rig& rig) {
   const GridGeometry& grid{result.vehicle.geometry};
-  cv::Mat part{canvas(cv::Rect{box.x, box.y, box.width, box.height})};
-  const cv::Mat cells{draw_cells(result)};
-  cv::resize(cells, part, part.size(), 0, 0, box.height < cells.rows ? cv::INTER_AREA : cv::INTER_NEAREST);
-  const TopView in_part{{0, 0, box.width, box.height}, grid};
-  draw_rulers(part, in_part, rig);
-  for (const Obstacle& obstacle : result.obstacles) {
-    if (obstacle.confirmed) draw_obstacle(part, in_part, obstacle);
+  const Box inside{0, 0, box.width, box.height};
+  const TopView view{inside, grid};
+  const std::vector<Obstacle> obstacles{shown_obstacles(result)};
+  canvas.begin_part(box);
+  canvas.image(inside, draw_cells(result), false);
+  draw_rulers(canvas, view, rig);
+  for (const Obstacle& obstacle : obstacles) draw_outline(canvas, view, obstacle);
+  for (const Obstacle& obstacle : obstacles) {
+    if (!obstacle.moving) continue;
+    draw_arrow(canvas, view.at(obstacle.x_m, obstacle.y_m),
+               view.at(obstacle.x_m + arrow_s * obstacle.vx_mps, obstacle.y_m + arrow_s * obstacle.vy_mps),
+               colour_of(obstacle));
   }
-  for (const Obstacle& obstacle : result.obstacles) {
-    if (obstacle.confirmed) label_obstacle(part, in_part, obstacle);
-  }
+  Labels labels{canvas, {box.width, box.height}};
+  for (const Obstacle& obstacle : obstacles)
+    labels.add(obstacle, view.at(obstacle.x_m, obstacle.y_m) + cv::Point2d{0, 6});
+  canvas.end_part();
   frame_box(canvas, box);
   draw_axes(canvas, box, TopView{box, grid}, grid);
 }
 
-void draw_grid_legend(cv::Mat& canvas, const Box& box) {
-  constexpr int ramp_width{190};
-  const int ramp_y{box.y + 10};
-  for (int i{0}; i < ramp_width; ++i) {
-    const std::uint8_t grey{grey_of(static_cast<float>(i) / (ramp_width - 1))};
-    fill_box(canvas, {box.x + i, ramp_y, 1, 12}, {grey, grey, grey});
+namespace {
+
+/// A bar of colours, whose labels stand below it at even distances.
+template <class ColourOf>
+void draw_bar(Canvas& canvas, const Box& box, const std::vector<std::string>& labels, ColourOf colour_of_share) {
+  cv::Mat ramp(1, box.width, CV_8UC3);
+  for (int i{0}; i < box.width; ++i) {
+    const Colour colour{colour_of_share(i / (box.width - 1.0))};
+    ramp.at<cv::Vec3b>(0, i) = {colour.red, colour.green, colour.blue};
   }
-  frame_box(canvas, {box.x, ramp_y, ramp_width, 12});
-  draw_text(canvas, box.x, ramp_y + 27, "free", palette::ink, Align::left, 0.4);
-  draw_text(canvas, box.x + ramp_width / 2, ramp_y + 27, "unknown", palette::ink, Align::centre, 0.4);
-  draw_text(canvas, box.x + ramp_width, ramp_y + 27, "occupied", palette::ink, Align::right, 0.4);
-  draw_text(canvas, box.x, ramp_y + 48, "outline: obstacle, number, speed", palette::obstacle, Align::left, 0.4);
-  draw_text(canvas, box.x, ramp_y + 66, "line: edge of a drop", palette::drop, Align::left, 0.4);
-  draw_text(canvas, box.x, ramp_y + 84, "arrow: motion in 1 s", palette::ink, Align::left, 0.4);
-  constexpr int radius{24};
-  const cv::Point centre{box.x + box.width - 50, box.y + 32};
-  for (int dy{-radius}; dy <= radius; ++dy) {
-    for (int dx{-radius}; dx <= radius; ++dx) {
-      const double distance{std::hypot(dx, dy)};
-      if (distance > radius || distance < radius / 2.0) continue;
-      fill_box(canvas, {centre.x + dx, centre.y + dy, 1, 1}, colour_of_direction(std::atan2(-dx, -dy)));
-    }
+  canvas.image(box, ramp, true);
+  frame_box(canvas, box);
+  for (std::size_t i{0}; i < labels.size(); ++i) {
+    const Align align{i == 0 ? Align::left : i + 1 == labels.size() ? Align::right : Align::centre};
+    canvas.text({box.x + box.width * double(i) / (double(labels.size()) - 1), box.y + box.height + 18.0}, labels[i],
+                {.colour = palette().ink, .align = align});
   }
-  draw_text(canvas, centre.x, centre.y + radius + 18, "moving towards", palette::ink, Align::centre, 0.4);
+}
+
+void draw_wheel(Canvas& canvas, cv::Point2d centre) {
+  constexpr int sectors{48};
+  constexpr double outer_px{34};
+  constexpr double inner_px{17};
+  constexpr double step{2 * std::numbers::pi / sectors};
+  const auto at = [&](double angle, double radius) {
+    return centre + radius * cv::Point2d{-std::sin(angle), -std::cos(angle)};
+  };
+  for (int i{0}; i < sectors; ++i) {
+    const double from{(i - 0.5) * step};
+    const double to{(i + 0.7) * step};  // the next one covers the seam
+    canvas.fill({at(from, inner_px), at(from, outer_px), at(to, outer_px), at(to, inner_px)},
+                colour_of_direction(i * step));
+  }
+  const Colour ink{palette().ink};
+  canvas.text(centre + cv::Point2d{0, -outer_px - 5}, "ahead", {.colour = ink, .align = Align::centre});
+  canvas.text(centre + cv::Point2d{0, outer_px + 17}, "back", {.colour = ink, .align = Align::centre});
+  canvas.text(centre + cv::Point2d{-outer_px - 6, 5}, "left", {.colour = ink, .align = Align::right});
+  canvas.text(centre + cv::Point2d{outer_px + 6, 5}, "right", {.colour = ink});
+}
+
+}  // namespace
+
+void draw_grid_legend(Canvas& canvas, const Box& box) {
+  constexpr int bar_width{240};
+  constexpr int bar_height{14};
+  const Palette& use{palette()};
+  draw_bar(canvas, {box.x, box.y + 4, bar_width, bar_height}, {"free", "unknown", "occupied"}, colour_of_occupancy);
+  draw_bar(canvas, {box.x, box.y + 62, bar_width, bar_height}, {"≤ −0.5 m", "elevation", "≥ 0.5 m"},
+           [](double share) { return colour_of_elevation(share - 0.5); });
+  const double from{box.x + bar_width + 30.0};
+  double y{box.y + 16.0};
+  for (const auto& [colour, text] :
+       {std::pair{use.object, "object"}, {use.boundary, "boundary"}, {use.drop, "edge of a drop"}}) {
+    canvas.line({{from, y - 5}, {from + 30, y - 5}}, {colour, outline_px + 1});
+    canvas.text({from + 40, y}, text, {.colour = use.ink});
+    y += 28;
+  }
+  draw_arrow(canvas, {from, y - 5}, {from + 30, y - 5}, use.ink);
+  canvas.text({from + 40, y}, "motion in 1 s", {.colour = use.ink});
+  draw_wheel(canvas, {box.x + box.width - 90.0, box.y + 60.0});
 }
 
 }  // namespace stereogrid::app

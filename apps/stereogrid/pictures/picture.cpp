@@ -5,7 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/core.hpp>
+#include <string>
+#include <utility>
 
 #include "pictures/drawing.hpp"
 #include "stereogrid/level_mapping.hpp"
@@ -14,12 +15,11 @@ namespace stereogrid::app {
 namespace {
 
 constexpr int margin_px{14};
-constexpr int title_height_px{34};
-constexpr int caption_height_px{24};
+constexpr int title_height_px{36};
+constexpr int caption_height_px{28};
 constexpr int u_disparity_height_px{256};
 constexpr int camera_width_min_px{1000};
 constexpr int camera_width_max_px{1400};
-constexpr int legend_width_px{330};
 
 struct Layout {
   int width{0};
@@ -55,51 +55,66 @@ Layout layout_of(const Rig& rig, const GridGeometry& grid) {
   layout.u_disparity = {layout.camera.x, below_camera + caption_height_px, layout.camera.width, u_disparity_height_px};
   layout.height = layout.u_disparity.y + layout.u_disparity.height + margin_px;
   const int right_column{layout.camera.x + layout.camera.width + 2 * axis_margin_px + margin_px};
-  layout.grid = grid_box(grid, layout.height - layout.camera.y - 24 - legend_height_px - margin_px);
+  layout.grid = grid_box(grid, layout.height - layout.camera.y - axis_below_px - margin_px - legend_height_px);
   layout.grid.x = right_column;
   layout.grid.y = layout.camera.y;
-  layout.legend = {right_column, layout.grid.y + layout.grid.height + 24, legend_width_px, legend_height_px};
+  layout.legend = {right_column, layout.grid.y + layout.grid.height + axis_below_px + margin_px, legend_width_px,
+                   legend_height_px};
   layout.width = right_column + std::max(layout.grid.width, legend_width_px) + 2 * margin_px;
   return layout;
 }
 
-void draw_title(cv::Mat& canvas, const StereoFrame& frame, const FrameResult& result) {
+void draw_title(Canvas& canvas, const StereoFrame& frame, const FrameResult& result) {
   const double pitch_deg{std::round(result.ground.pitch_rad * 572.9577951308232) / 10 + 0.0};  // never −0.0
-  draw_text(canvas, margin_px, 23,
-            fmt::format("frame {}    t = {:.2f} s    camera height {:.2f} m, pitch {:.1f} deg{}", frame.name,
-                        static_cast<double>(frame.stamp_ns) * 1e-9, result.ground.height_m, pitch_deg,
-                        result.ground.estimated ? "" : " (not measured in this frame)"),
-            palette::ink, Align::left, 0.55);
+  canvas.text({margin_px, 25},
+              fmt::format("frame {}    t = {:.2f} s    camera height {:.2f} m, pitch {:.1f}°{}", frame.name,
+                          static_cast<double>(frame.stamp_ns) * 1e-9, result.ground.height_m, pitch_deg,
+                          result.ground.estimated ? "" : " (not measured in this frame)"),
+              {.colour = palette().ink, .size_px = title_px});
 }
 
-void draw_captions(cv::Mat& canvas, const Layout& layout, bool is_levelled) {
-  const int above{7};
+void draw_captions(Canvas& canvas, const Layout& layout, bool is_levelled) {
+  constexpr double above{9};
+  const Palette& use{palette()};
+  const auto caption = [&](const Box& box, const char* text) {
+    canvas.text({double(box.x), box.y - above}, text, {.colour = use.soft});
+  };
   const Box& camera{layout.camera};
-  draw_text(canvas, camera.x, camera.y - above, is_levelled ? "left camera, level" : "left camera", palette::faint_ink);
-  fill_box(canvas, {camera.x + 150, camera.y - above - 10, 12, 12}, palette::upright);
-  draw_text(canvas, camera.x + 167, camera.y - above, "obstacle, P > 0.75", palette::ink);
-  fill_box(canvas, {camera.x + 320, camera.y - above - 10, 12, 12}, palette::road);
-  draw_text(canvas, camera.x + 337, camera.y - above, "road, P < 0.4", palette::ink);
-  draw_text(canvas, layout.u_disparity.x, layout.u_disparity.y - above,
-            "u-disparity occupancy: columns as above, disparity (px) downwards, distance at the right",
-            palette::faint_ink);
-  draw_text(canvas, layout.grid.x, layout.grid.y - above, "filtered grid from above (m)", palette::faint_ink);
+  caption(camera, is_levelled ? "left camera, level" : "left camera");
+  int x{camera.x + 170};
+  for (const auto& [colour, text] : {std::pair{use.upright, "obstacle, P > 0.75"}, {use.road, "road, P < 0.4"}}) {
+    fill_box(canvas, {x, camera.y - 22, 14, 14}, mix({160, 160, 160}, colour, 0.5));
+    canvas.text({x + 20.0, camera.y - above}, text, {.colour = use.ink});
+    x += 190;
+  }
+  caption(layout.u_disparity, "u-disparity occupancy, columns as above");
+  caption(layout.grid, "filtered grid from above");
 }
 
-}  // namespace
-
-io::RgbImage draw_picture(const StereoFrame& frame, const FrameResult& result, const Rig& rig) {
-  const Layout layout{layout_of(rig, result.vehicle.geometry)};
-  io::RgbImage picture{layout.width, layout.height, {3 * layout.width, layout.height}};
-  cv::Mat canvas{layout.height, layout.width, CV_8UC3, picture.pixels.data()};
-  fill_box(canvas, {0, 0, layout.width, layout.height}, palette::paper);
+void draw(Canvas& canvas, const Layout& layout, const StereoFrame& frame, const FrameResult& result, const Rig& rig) {
+  fill_box(canvas, {0, 0, layout.width, layout.height}, palette().paper);
   draw_title(canvas, frame, result);
   draw_captions(canvas, layout, !LevelMapping{rig}.is_identity());
   draw_camera(canvas, layout.camera, frame, result, rig);
   draw_u_disparity(canvas, layout.u_disparity, result, rig);
   draw_grid(canvas, layout.grid, result, rig);
   draw_grid_legend(canvas, layout.legend);
-  return picture;
+}
+
+}  // namespace
+
+io::RgbImage draw_picture(const StereoFrame& frame, const FrameResult& result, const Rig& rig) {
+  const Layout layout{layout_of(rig, result.vehicle.geometry)};
+  PixelCanvas canvas{layout.width, layout.height};
+  draw(canvas, layout, frame, result, rig);
+  return canvas.result();
+}
+
+std::string draw_svg(const StereoFrame& frame, const FrameResult& result, const Rig& rig) {
+  const Layout layout{layout_of(rig, result.vehicle.geometry)};
+  SvgCanvas canvas{layout.width, layout.height};
+  draw(canvas, layout, frame, result, rig);
+  return canvas.result();
 }
 
 }  // namespace stereogrid::app

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <cmath>
 #include <opencv2/imgproc.hpp>
 
 #include "pictures/drawing.hpp"
@@ -12,55 +11,45 @@
 namespace stereogrid::app {
 namespace {
 
-constexpr int tick_px{5};
-
-void draw_tick(cv::Mat& canvas, int x, int y, int length) {
-  cv::line(canvas, {x, y}, {x + length, y}, scalar(palette::ink));
-}
+constexpr double tick_px{5};
 
 /// Row of the canvas at a disparity.
-int row_of(const Box& box, double disparity, int disparities) {
-  return box.y + static_cast<int>(std::lround((disparity + 0.5) * box.height / disparities));
+double row_of(const Box& box, double disparity, int disparities) {
+  return box.y + (disparity + 0.5) * box.height / disparities;
 }
 
-void draw_disparity_axis(cv::Mat& canvas, const Box& box, int disparities) {
+void draw_disparity_axis(Canvas& canvas, const Box& box, int disparities) {
   const int step{disparities > 100 ? 20 : 10};
+  const Colour ink{palette().ink};
   for (int d{0}; d < disparities; d += step) {
-    const int y{row_of(box, d, disparities)};
-    draw_tick(canvas, box.x - 1 - tick_px, y, tick_px);
-    draw_text(canvas, box.x - 4 - tick_px, y + 5, fmt::format("{}", d), palette::ink, Align::right, 0.4);
+    const double y{row_of(box, d, disparities)};
+    canvas.line({{box.x - tick_px, y}, {double(box.x), y}}, {ink});
+    canvas.text({box.x - tick_px - 3, y + 5}, fmt::format("{}", d), {.colour = ink, .align = Align::right});
   }
+  canvas.text({box.x - 42.0, box.y + box.height / 2.0}, "disparity (px)",
+              {.colour = ink, .align = Align::centre, .upwards = true});
 }
 
-void draw_depth_axis(cv::Mat& canvas, const Box& box, int disparities, const Rig& rig) {
-  const int x{box.x + box.width};
-  int lowest_free{box.y + box.height + 12};
-  for (const double depth_m : {2.0, 3.0, 4.0, 5.0, 7.0, 10.0, 15.0, 20.0, 40.0, 80.0}) {
-    const int y{row_of(box, rig.focal_px * rig.baseline_m / depth_m, disparities)};
+void draw_depth_axis(Canvas& canvas, const Box& box, int disparities, const Rig& rig) {
+  const double x{double(box.x) + box.width};
+  const Colour ink{palette().ink};
+  double lowest_free{double(box.y) + box.height + text_px};
+  for (const double depth_m : {1.0, 2.0, 3.0, 4.0, 5.0, 7.0, 10.0, 15.0, 20.0, 40.0, 80.0}) {
+    const double y{row_of(box, rig.focal_px * rig.baseline_m / depth_m, disparities)};
     if (y > box.y + box.height || y + 5 > lowest_free) continue;
-    draw_tick(canvas, x, y, tick_px);
-    draw_text(canvas, x + tick_px + 3, y + 5, fmt::format("{:g} m", depth_m), palette::ink, Align::left, 0.4);
-    lowest_free = y - 9;
+    canvas.line({{x, y}, {x + tick_px, y}}, {ink});
+    canvas.text({x + tick_px + 3, y + 5}, fmt::format("{:g}", depth_m), {.colour = ink});
+    lowest_free = y - 10;
   }
-}
-
-cv::Mat shades_of(const Image<float>& occupancy) {
-  cv::Mat grey(occupancy.height(), occupancy.width(), CV_8UC1);
-  for (int d{0}; d < grey.rows; ++d) {
-    for (int u{0}; u < grey.cols; ++u) grey.at<std::uint8_t>(d, u) = grey_of(occupancy(u, d));
-  }
-  return grey;
+  canvas.text({x + 48.0, box.y + box.height / 2.0}, "distance (m)",
+              {.colour = ink, .align = Align::centre, .upwards = true});
 }
 
 }  // namespace
 
-void draw_u_disparity(cv::Mat& canvas, const Box& box, const FrameResult& result, const Rig& rig) {
+void draw_u_disparity(Canvas& canvas, const Box& box, const FrameResult& result, const Rig& rig) {
   const Image<float>& occupancy{result.stages.occupancy_smooth};
-  const cv::Mat grey{shades_of(occupancy)};
-  cv::Mat large;
-  cv::resize(grey, large, {box.width, box.height}, 0, 0, cv::INTER_NEAREST);
-  cv::Mat part{canvas(cv::Rect{box.x, box.y, box.width, box.height})};
-  cv::cvtColor(large, part, cv::COLOR_GRAY2RGB);
+  canvas.image(box, occupancy_colours(occupancy), false);
   frame_box(canvas, box);
   draw_disparity_axis(canvas, box, occupancy.height());
   draw_depth_axis(canvas, box, occupancy.height(), rig);
@@ -68,7 +57,9 @@ void draw_u_disparity(cv::Mat& canvas, const Box& box, const FrameResult& result
 
 std::vector<std::uint8_t> u_disparity_jpeg(const FrameResult& result) {
   constexpr int quality{90};
-  return io::encode_jpeg(view_of(shades_of(result.stages.occupancy_smooth)), quality);
+  cv::Mat colours{occupancy_colours(result.stages.occupancy_smooth)};
+  cv::cvtColor(colours, colours, cv::COLOR_RGB2BGR);
+  return io::encode_jpeg(view_of(colours), quality);
 }
 
 }  // namespace stereogrid::app

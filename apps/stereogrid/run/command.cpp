@@ -17,7 +17,11 @@ namespace {
 void add_output_options(Command command, RunOptions& options) {
   command.group(Group::output);
   command.add_option("--out,-o DIR", options.folder, "Folder of the results (docs/format.md).").required();
-  command.add_flag("--pictures", options.pictures, "Write a visualisation of every frame, too: pictures/NAME.png.");
+  command
+      .add_option("--pictures [png|svg]", options.pictures,
+                  "Write a visualisation of every frame, too: pictures/NAME.png, or .svg for print.")
+      .optional_value("png")
+      .one_of({"png", "svg"});
   command.add_option("--video FILE.mp4|FILE.gif|FILE.webp", options.video,
                      "Write the visualisations as a video, too, with ffmpeg: .gif, .webp, or else H.264.");
   command.add_flag("--view", options.view, "Show the results in the browser during the run, too.");

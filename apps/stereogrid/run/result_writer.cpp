@@ -64,7 +64,7 @@ struct ResultWriter::State {
     io::create_folder(options.folder / "grids");
     if (options.predictions) io::create_folder(options.folder / "predictions");
     if (options.stages) io::create_folder(options.folder / "stages");
-    if (options.pictures) io::create_folder(options.folder / "pictures");
+    if (!options.pictures.empty()) io::create_folder(options.folder / "pictures");
     lines.emplace(options.folder / "frames.jsonl");
     if (!options.video.empty()) video.emplace(options.video, options.video_rate_hz);
     if (!has_receivers(options.messages) && options.page == nullptr) return;
@@ -77,9 +77,11 @@ struct ResultWriter::State {
     write(options.folder / "grids" / file, job.result, options.layers);
     if (options.predictions) io::write_predictions(options.folder / "predictions" / file, job.result);
     if (options.stages) io::write_stages(options.folder / "stages" / file, job.result.stages);
-    if (options.pictures || video) {
+    const fs::path image{options.folder / "pictures" / (job.frame.name + '.' + options.pictures)};
+    if (options.pictures == "svg") io::write_file(image, draw_svg(job.frame, job.result, job.result.rig));
+    if (options.pictures == "png" || video) {
       const io::RgbImage picture{draw_picture(job.frame, job.result, job.result.rig)};
-      if (options.pictures) io::write_png(options.folder / "pictures" / (job.frame.name + ".png"), picture);
+      if (options.pictures == "png") io::write_png(image, picture);
       if (video) video->add(picture);
     }
     if (messages) send(job);

@@ -31,7 +31,7 @@ Pose2 start_of(const RunOptions& options, const Input& input) {
 }
 
 PipelineOptions pipeline_options(const RunOptions& options, const Input& input) {
-  const bool stages{options.save_stages || options.pictures || !options.video.empty() || options.view ||
+  const bool stages{options.save_stages || !options.pictures.empty() || !options.video.empty() || options.view ||
                     needs_stages(options.messages)};
   return {.stages = stages,
           .horizons_s = options.predict_s,

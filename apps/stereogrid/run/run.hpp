@@ -34,7 +34,7 @@ struct RunOptions {
   std::size_t every{1};
   std::vector<std::string> layers;  ///< none: all
   bool save_stages{false};
-  bool pictures{false};
+  std::string pictures;  ///< "png", "svg"; "": none
   std::string video;
   MessageOptions messages;
   bool view{false};

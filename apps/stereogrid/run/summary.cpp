@@ -89,7 +89,7 @@ std::string summary_of(const RunOptions& options, const Input& input, const io::
   text += fmt::format("results in {}\n", folder);
   if (!is_complete) text += rows_of_continuation(options);
   if (record.finished().empty()) return text;
-  if (options.pictures) text += row("pictures", folder + "/pictures");
+  if (!options.pictures.empty()) text += row("pictures", folder + "/pictures");
   if (!options.video.empty() && is_complete) text += row("video", io::printable_path(options.video));
   if (!options.messages.mcap.empty()) text += row("recording", io::printable_path(options.messages.mcap));
   text += row("view", "stereogrid view " + shell_word(folder));

@@ -118,10 +118,14 @@ void write_png(const std::filesystem::path& path, const Image<std::uint16_t>& gr
   write_file(path, encode_png(mat_of(grey, 1)));
 }
 
-void write_png(const std::filesystem::path& path, const RgbImage& colour) {
+std::string encode_png(const RgbImage& colour) {
   cv::Mat swapped;
   cv::cvtColor(mat_of(colour.pixels, 3), swapped, cv::COLOR_RGB2BGR);
-  write_file(path, encode_png(swapped));
+  return encode_png(swapped);
+}
+
+void write_png(const std::filesystem::path& path, const RgbImage& colour) {
+  write_file(path, encode_png(colour));
 }
 
 void fail_damaged(const std::string& file, const std::string& what) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereogrid/io/text.hpp"
 
+#include <cstdint>
+
 #include "stereogrid/io/json_text.hpp"
 
 namespace stereogrid::io {
@@ -30,6 +32,19 @@ bool is_nested_too_deeply(std::string_view json) {
     }
   }
   return false;
+}
+
+std::string base64(std::string_view bytes) {
+  static constexpr std::string_view letters{"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/"};
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i{0}; i < bytes.size(); i += 3) {
+    std::uint32_t word{0};
+    for (std::size_t j{0}; j < 3; ++j) word = word << 8 | (i + j < bytes.size() ? std::uint8_t(bytes[i + j]) : 0);
+    for (int shift{18}; shift >= 0; shift -= 6) text += letters[word >> shift & 63];
+  }
+  if (bytes.size() % 3 != 0) text.replace(text.size() - (3 - bytes.size() % 3), 2, bytes.size() % 3 == 1 ? "==" : "=");
+  return text;
 }
 
 }  // namespace stereogrid::io

@@ -65,6 +65,9 @@ STEREOGRID_EXPORT void write_png(const std::filesystem::path& path, const Image<
 STEREOGRID_EXPORT void write_png(const std::filesystem::path& path, const Image<std::uint16_t>& grey);
 STEREOGRID_EXPORT void write_png(const std::filesystem::path& path, const RgbImage& colour);
 
+/// Bytes of a PNG.
+[[nodiscard]] STEREOGRID_EXPORT std::string encode_png(const RgbImage& colour);
+
 /// Bytes of a JPEG of 8-bit grey or bgr8. `quality`: 1 to 100.
 [[nodiscard]] STEREOGRID_EXPORT std::vector<std::uint8_t> encode_jpeg(const PixelView& image, int quality);
 

@@ -19,4 +19,7 @@ using stereogrid::printable;
 /// Printable path, never shortened.
 [[nodiscard]] STEREOGRID_EXPORT std::string printable_path(const std::filesystem::path& path);
 
+/// Base64 of RFC 4648, with padding.
+[[nodiscard]] STEREOGRID_EXPORT std::string base64(std::string_view bytes);
+
 }  // namespace stereogrid::io
