@@ -25,11 +25,38 @@ def test_elevation_and_overlay(scene: sg.Recording, frames: list[sg.Frame]) -> N
     pipeline = sg.Pipeline(sg.preset("default"), scene.rig)
     for frame in frames:
         result = pipeline.process(frame)
-    assert plot.elevation(result).get_ylabel() == "x (m)"
+    assert plot.elevation(result).get_ylabel() == "x, ahead (m)"
     assert plot.grid(result).get_xlim()[0] > plot.grid(result).get_xlim()[1]  # y points to the left
     assert plot.overlay(frames[-1], result).get_images()
     with pytest.raises(ValueError, match=r"ground\.model"):
         plot.elevation(sg.Pipeline(sg.preset("paper"), scene.rig).process(frames[0]))
+
+
+def test_colors_are_those_of_the_viewer() -> None:
+    pytest.importorskip("matplotlib")
+    from stereogrid import plot
+
+    theme = (Path(__file__).parents[2] / "viewer" / "theme.css").read_text(encoding="utf-8")
+    light = theme.split("@media")[0]
+    for name, color in plot.COLORS.items():
+        assert f"--{name}: {color};" in light
+    assert plot.DIRECTIONS(0.5)[:3] == pytest.approx(plot.to_rgb(plot.COLORS["heading-4"]), abs=0.02)
+
+
+def test_views_have_the_numbers_of_confirmed_obstacles(scene: sg.Recording, frames: list[sg.Frame]) -> None:
+    pytest.importorskip("matplotlib").use("Agg")
+    from stereogrid import plot
+
+    pipeline = sg.Pipeline(sg.preset("default"), scene.rig)
+    for frame in frames:
+        result = pipeline.process(frame)
+    axes = plot.grid(result)
+    numbers = {str(obstacle.id) for obstacle in result.obstacles if obstacle.confirmed}
+    assert {text.get_text().split(":")[0] for text in axes.texts if text.get_text()} == numbers
+    in_image = {text.get_text().split(":")[0] for text in plot.overlay(frames[-1], result).texts}
+    assert in_image <= numbers and len(in_image) > 0
+    labels = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert labels == ["object", "boundary", "drop", "motion in 1 s"]
 
 
 def test_overlay_projects_as_the_library_does(scene: sg.Recording, frames: list[sg.Frame]) -> None:
