@@ -14,14 +14,14 @@ export function saveSnapshot(canvas, name) {
   canvas.toBlob((blob) => save(blob, `${name}.png`));
 }
 
-/** A button that records the canvas from one click to the next, and saves a WebM. */
-export function recordClips(button, canvas, nameOf) {
+/** A button that records the canvas of `canvasOf()` from one click to the next, and saves a WebM. */
+export function recordClips(button, canvasOf, nameOf) {
   let recorder = null;
-  button.hidden = !window.MediaRecorder || !canvas.captureStream;
+  button.hidden = !window.MediaRecorder || !HTMLCanvasElement.prototype.captureStream;
   button.onclick = () => {
     if (recorder) return recorder.stop();
     const parts = [];
-    recorder = new MediaRecorder(canvas.captureStream(clipRate), { mimeType: 'video/webm' });
+    recorder = new MediaRecorder(canvasOf().captureStream(clipRate), { mimeType: 'video/webm' });
     recorder.ondataavailable = ({ data }) => parts.push(data);
     recorder.onstop = () => {
       save(new Blob(parts, { type: 'video/webm' }), `${nameOf()}.webm`);

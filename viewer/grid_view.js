@@ -25,6 +25,7 @@ export class GridView {
   pose = [0, 0, 0];
   worldFrame = 'odom';
   highlighted = null;
+  linked = []; // grids that are moved and zoomed with this one
 
   constructor(canvas, { onPoint, onHover, onPick }) {
     Object.assign(this, { canvas, onPoint, onHover, onPick });
@@ -49,7 +50,16 @@ export class GridView {
     this.centre = frame === this.worldFrame ? this.#inVehicle(middle) : middle; // m ahead, m to the left
     this.metres = margin * Math.max(...size); // from the middle to the nearer edge, at zoom 1
     this.zoom = 1;
-    this.redraw();
+    this.#share();
+  }
+
+  /** Shows the part of the world that is shown here in the linked grids, too. */
+  #share() {
+    const { centre, metres, zoom } = this;
+    for (const view of [this, ...this.linked]) {
+      Object.assign(view, { centre, metres, zoom });
+      view.redraw();
+    }
   }
 
   /** `layerOf()`: the layer; requested when it is drawn, so that hidden layers cost nothing. */
@@ -272,12 +282,12 @@ export class GridView {
     const { width, height } = this.canvas.getBoundingClientRect();
     const scale = this.#scale(width, height);
     this.centre = [this.centre[0] + down / scale, this.centre[1] + right / scale];
-    this.redraw();
+    this.#share();
   }
 
   #zoomBy(factor) {
     this.zoom = Math.min(20, Math.max(0.3, this.zoom * factor));
-    this.redraw();
+    this.#share();
   }
 
   #wheel(event) {
@@ -286,6 +296,7 @@ export class GridView {
     this.#zoomBy(Math.exp(-event.deltaY / 500));
     const after = this.#vehiclePoint(event); // the point under the pointer stays
     this.centre = this.centre.map((value, i) => value + before[i] - after[i]);
+    this.#share();
   }
 
   #key(event) {

@@ -2,33 +2,31 @@
 import { CameraView } from './camera_view.js';
 import { Connection } from './connection.js';
 import { recordClips, saveSnapshot } from './grid_tools.js';
-import { GridView } from './grid_view.js';
 import { showLegend, turnLegend } from './legend.js';
-import { legendOf, occupancyLayer, packedLayer, planePose } from './layers.js';
-import { ObstacleTable, joined } from './obstacles.js';
+import { legendOf } from './layers.js';
+import { ObstacleTable } from './obstacles.js';
 import { Player, playerParameters } from './player.js';
 import { Recording } from './recording.js';
+import { RunView, nodesOf, packedKinds } from './run_view.js';
 import { StatusPanel } from './status_panel.js';
 import { onThemeChange } from './theme.js';
 
 const element = (id) => document.getElementById(id);
-const packedKinds = { velocity: 'Velocity', moving: 'Moving', age: 'Age', elevation: 'Elevation', terrain: 'Terrain', witness: 'Witness' };
 
 const scheme = location.protocol === 'https:' ? 'wss' : 'ws';
 const recorded = element('recording'); // frames of `stereogrid export --web`; a server's page has none
 export const connection = recorded ? new Recording(JSON.parse(recorded.textContent))
-                                   : new Connection(`${scheme}://${location.host}/${location.search}`);
-const latest = {}; // messages by what they are for
+                            : new Connection(`${scheme}://${location.host}/${location.search}`);
 let picked = null;
 
 function highlight(id) {
-  const shown = id ?? picked;
-  if (grid.highlighted === shown) return;
-  for (const view of [grid, camera]) {
-    view.highlighted = shown;
+  const highlighted = id ?? picked;
+  if (shown.grid.highlighted === highlighted) return;
+  for (const view of [shown.grid, camera]) {
+    view.highlighted = highlighted;
     view.redraw();
   }
-  table.highlight(shown);
+  table.highlight(highlighted);
 }
 
 function pick(id) {
@@ -36,11 +34,6 @@ function pick(id) {
   highlight(id);
 }
 
-const grid = new GridView(element('grid'), {
-  onPoint: (text) => { element('cell').textContent = text || 'Point at a cell to read it.'; },
-  onHover: highlight,
-  onPick: pick,
-});
 const camera = new CameraView(element('camera'), element('outlines'), { onHover: highlight, onPick: pick });
 const table = new ObstacleTable(element('obstacles').tBodies[0], { onHover: highlight, onPick: pick });
 const status = new StatusPanel({
@@ -52,22 +45,6 @@ const player = new Player({
   bar: element('player'), play: element('play'), back: element('back'), forward: element('forward'),
   slider: element('slider'), speed: element('speed'), place: element('place'),
 }, (name, value) => connection.setParameter(name, value));
-
-function showObstacles() {
-  const obstacles = joined(latest.markers, latest.obstacles);
-  Object.assign(camera, { obstacles, pose: grid.pose });
-  grid.obstacles = obstacles;
-  table.show(obstacles, grid.pose);
-  table.highlight(grid.highlighted);
-  grid.redraw();
-  camera.redraw();
-}
-
-function showPose(message, stamp) {
-  grid.place(planePose(message.pose.pose), message.header.frame_id, stamp);
-  turnLegend(element('legend'), grid.pose[2]);
-  showObstacles();
-}
 
 /** Shows JPEGs one after the other in `image`, and `around` once there is one. */
 function imageShower(image, around) {
@@ -84,10 +61,72 @@ function imageShower(image, around) {
 const showImage = imageShower(element('camera'), element('picture'));
 const showDisparities = imageShower(element('u-disparity'), element('u-disparity'));
 
-/** Of all nodes the first that has grids. */
-const nodeOf = (topics) => topics.find((topic) => topic.endsWith('/occupancy_grid'))?.replace(/\/occupancy_grid$/, '');
+function showObstacles() {
+  const { obstacles, pose, highlighted } = shown.grid;
+  Object.assign(camera, { obstacles, pose });
+  table.show(obstacles, pose);
+  table.highlight(highlighted);
+  camera.redraw();
+}
 
-/** [value, text, topic] of each layer that the topics give. */
+// Functions of the other panels, by message of the run that they show.
+const panels = {
+  markers: showObstacles,
+  obstacles: showObstacles,
+  pose: () => { turnLegend(element('legend'), shown.grid.pose[2]); showObstacles(); },
+  status: (message) => status.show(message, shown.stamp),
+  image: showImage,
+  disparities: showDisparities,
+  info: (message) => camera.calibrate(message),
+  mounting: (message) => camera.place(message),
+};
+
+function newRun(figure) {
+  const run = new RunView(figure, connection, {
+    onPoint: (text) => { element('cell').textContent = text || 'Point at a cell to read it.'; },
+    onHover: (from, id) => { if (from === shown) highlight(id); },
+    onPick: (from, id) => { select(from); pick(id); },
+    onMessage: (from, key) => { if (from === shown) panels[key]?.(from.latest[key]); },
+  });
+  figure.querySelector('button').onclick = () => select(run);
+  return run;
+}
+
+/** Shows a run in the other panels. */
+function select(run) {
+  if (shown === run) return;
+  pick(picked); // none
+  shown = run;
+  status.reset();
+  for (const [panel, key] of [['picture', 'image'], ['u-disparity', 'disparities']]) element(panel).hidden = !run.latest[key];
+  for (const [key, message] of Object.entries(run.latest)) panels[key]?.(message);
+  for (const one of runs) one.figure.querySelector('button').setAttribute('aria-pressed', one === shown);
+}
+
+const runs = [newRun(document.querySelector('#grids figure'))];
+let shown = runs[0];
+
+/** A grid for each node, side by side. */
+function follow(nodes) {
+  for (const run of runs.splice(nodes.length)) run.figure.remove();
+  while (runs.length < nodes.length) {
+    const figure = runs[0].figure.cloneNode(true);
+    figure.querySelector('canvas').removeAttribute('id');
+    element('grids').append(figure);
+    runs.push(newRun(figure));
+  }
+  if (!runs.includes(shown)) select(runs[0]);
+  runs.forEach((run, i) => {
+    if (run.node !== nodes[i]) run.follow(nodes[i]);
+    run.grid.linked = runs.filter((other) => other !== run).map((other) => other.grid);
+    const caption = run.figure.querySelector('figcaption');
+    caption.hidden = runs.length === 1;
+    caption.firstChild.textContent = run.name;
+    caption.firstChild.setAttribute('aria-pressed', run === shown);
+  });
+}
+
+/** [value, text, topic below the node] of each layer that the topics give. */
 function layersOf(topics, node) {
   const has = (name) => topics.includes(`${node}/${name}`);
   const made = [];
@@ -100,50 +139,23 @@ function layersOf(topics, node) {
   if (has('packed_grid')) {
     for (const [kind, text] of Object.entries(packedKinds)) made.push([kind, text, 'packed_grid']);
   }
-  return made.map(([value, text, name]) => ({ value, text, topic: `${node}/${name}` }));
-}
-
-let layerTopic = '';
-function showLayer() {
-  const message = latest.layer;
-  if (!message) return;
-  const kind = element('layer').value;
-  grid.show(() => (kind in packedKinds ? packedLayer(message, kind) : occupancyLayer(message)));
+  return made;
 }
 
 function chooseLayer() {
+  const kind = element('layer').value;
   const topic = element('layer').selectedOptions[0]?.dataset.topic ?? '';
-  if (topic !== layerTopic) {
-    if (layerTopic) connection.unsubscribe(layerTopic);
-    latest.layer = null;
-    layerTopic = topic;
-    if (topic) connection.subscribe(topic, (message) => { latest.layer = message; showLayer(); });
-    player.repeat();
-  }
-  showLegend(element('legend'), legendOf(element('layer').value));
-  showLayer();
-}
-
-let node = '';
-function subscribeTo(name) {
-  node = name;
-  const take = { markers: 'obstacle_markers', obstacles: 'obstacles' };
-  for (const [key, topic] of Object.entries(take)) {
-    connection.subscribe(`${node}/${topic}`, (message) => { latest[key] = message; showObstacles(); });
-  }
-  connection.subscribe(`${node}/odometry`, showPose);
-  connection.subscribe(`${node}/status`, (message, stamp) => status.show(message, stamp));
-  connection.subscribe(`${node}/left/image_annotated/compressed`, showImage);
-  connection.subscribe(`${node}/u_disparity/compressed`, showDisparities);
-  connection.subscribe(`${node}/left/camera_info`, (message) => camera.calibrate(message));
-  connection.subscribe('/tf_static', (message) => camera.place(message));
+  const subscribed = runs.map((run) => run.choose(kind, topic));
+  if (subscribed.includes(true)) player.repeat();
+  showLegend(element('legend'), legendOf(kind));
+  turnLegend(element('legend'), shown.grid.pose[2]);
 }
 
 connection.addEventListener('channels', ({ detail: topics }) => {
-  const found = nodeOf(topics);
-  if (found === undefined) return;
-  if (found !== node) subscribeTo(found);
-  const options = layersOf(topics, node).map(({ value, text, topic }) => {
+  const nodes = nodesOf(topics);
+  if (nodes.length === 0) return;
+  follow(nodes);
+  const options = layersOf(topics, nodes[0]).map(([value, text, topic]) => {
     const option = new Option(text, value);
     option.dataset.topic = topic;
     return option;
@@ -164,17 +176,19 @@ connection.addEventListener('parameter', ({ detail: parameter }) => player.take(
 connection.addEventListener('fault', ({ detail: sentence }) => { element('fault').textContent = sentence; });
 
 element('layer').addEventListener('change', chooseLayer);
-element('home').addEventListener('click', () => grid.home());
+element('home').addEventListener('click', () => shown.grid.home());
 element('ruler').addEventListener('click', () => {
-  grid.measures = !grid.measures;
-  element('ruler').setAttribute('aria-pressed', grid.measures);
+  const measures = !shown.grid.measures;
+  for (const { grid } of runs) grid.measures = measures;
+  element('ruler').setAttribute('aria-pressed', measures);
 });
 const pictureName = () => `${connection.name || 'stereogrid'}-${element('layer').value}${location.hash.replace('#', '-').replace('=', '-')}`;
-element('snapshot').addEventListener('click', () => saveSnapshot(element('grid'), pictureName()));
-recordClips(element('clip'), element('grid'), pictureName);
+element('snapshot').addEventListener('click', () => saveSnapshot(shown.grid.canvas, pictureName()));
+recordClips(element('clip'), () => shown.grid.canvas, pictureName);
 element('help-button').addEventListener('click', () => element('help').showModal());
 document.addEventListener('keydown', (event) => { if (event.key === '?') element('help').showModal(); });
-onThemeChange(() => { chooseLayer(); grid.redraw(); camera.redraw(); });
+connection.subscribe('/tf_static', (message) => camera.place(message));
+onThemeChange(() => { chooseLayer(); for (const { grid } of runs) grid.redraw(); camera.redraw(); });
 setInterval(() => status.showRate(), 500);
 connection.watchParameters(playerParameters);
 connection.open();

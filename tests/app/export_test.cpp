@@ -109,6 +109,13 @@ TEST_F(Export, AMapIsLoadedAsTheGridWas) {
   }
 }
 
+TEST_F(Export, APageShowsRunsBesideThisOne) {
+  run_well(words({"--web", at("page"), "--beside", run()}));
+  const std::string page{text_of(*folder / "page" / "index.html")};
+  EXPECT_THAT(page, HasSubstr(R"("name":"run, run_2")"));
+  for (const char* topic : {"/run/stereo_grid/scan", "/run_2/stereo_grid/scan"}) EXPECT_THAT(page, HasSubstr(topic));
+}
+
 TEST_F(Export, ScansAreThoseOfTheRecording) {
   run_well(words({"--laserscan", at("new/scan.csv")}));
   const std::vector<Row> rows{rows_of(at("new/scan.csv"))};

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <functional>
 
@@ -156,6 +157,51 @@ TEST(StoredFrames, OfCompactRunsHaveAWorldGridSampledFromTheVehicles) {
   }
   EXPECT_GT(compared, 10U);
   for (const float observed : read.observed) EXPECT_EQ(observed, 0.5F);
+}
+
+/// Keeps the topics, and the stamps sent on each.
+struct SentTopics final : messages::Sink {
+  std::uint32_t add(const messages::Channel& channel) override {
+    const auto found{std::ranges::find(topics, channel.topic)};
+    if (found != topics.end()) return static_cast<std::uint32_t>(found - topics.begin());
+    topics.push_back(channel.topic);
+    stamps.emplace_back();
+    return static_cast<std::uint32_t>(topics.size() - 1);
+  }
+  bool wants(std::uint32_t) const override { return true; }
+  void send(std::uint32_t channel, std::int64_t stamp_ns, std::span<const std::byte>) override {
+    stamps.at(channel).push_back(stamp_ns);
+  }
+  const std::vector<std::int64_t>& of(const std::string& topic) {
+    return stamps.at(static_cast<std::size_t>(std::ranges::find(topics, topic) - topics.begin()));
+  }
+
+  std::vector<std::string> topics;
+  std::vector<std::vector<std::int64_t>> stamps;
+};
+
+TEST(SideBySide, RunsFollowTheFirstByStamp) {
+  const tests::TemporaryFolder folder;
+  static_cast<void>(small_run(folder / "a" / "run"));
+  static_cast<void>(small_run(folder / "b" / "run", [](RunOptions& options) { options.frames = "0:0"; }));
+  const std::vector<std::string> runs{folder / "a" / "run", folder / "b" / "run"};
+  EXPECT_EQ(recording_names(runs), "run, run_2");
+  const auto frames{played_frames(runs)};
+  ASSERT_EQ(frames->stamps_ns().size(), 2U);
+  SentTopics sink;
+  for (const std::size_t frame : {0U, 1U}) frames->send(frame, sink);
+  for (const std::string& topic : sink.topics) EXPECT_THAT(topic, testing::MatchesRegex("/run(_2)?/.*"));
+  EXPECT_THAT(sink.of("/run/stereo_grid/occupancy_grid"), testing::ElementsAre(0, 100'000'000));
+  EXPECT_THAT(sink.of("/run_2/stereo_grid/occupancy_grid"), testing::ElementsAre(0, 0));
+  EXPECT_THROW(static_cast<void>(played_frames(std::vector<std::string>{runs[0], folder / "none"})), InputError);
+}
+
+TEST(SideBySide, OneRunHasItsOwnTopics) {
+  const tests::TemporaryFolder folder;
+  static_cast<void>(small_run(folder / "run"));
+  SentTopics sink;
+  played_frames(std::vector<std::string>{folder / "run"})->send(0, sink);
+  EXPECT_THAT(sink.topics, testing::Contains("/stereo_grid/occupancy_grid"));
 }
 
 /// Keeps all messages.

@@ -35,6 +35,7 @@ namespace fs = std::filesystem;
 
 struct ExportOptions {
   std::string run;
+  std::vector<std::string> beside;
   std::string nav2_map;
   std::string laser_scan;
   std::string web;
@@ -152,31 +153,18 @@ class PageSink final : public messages::Sink {
   std::string frame_;
 };
 
-std::string base64(std::string_view bytes) {
-  static constexpr std::string_view letters{"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/"};
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i{0}; i < bytes.size(); i += 3) {
-    std::uint32_t word{0};
-    for (std::size_t j{0}; j < 3; ++j) word = word << 8 | (i + j < bytes.size() ? std::uint8_t(bytes[i + j]) : 0);
-    for (int shift{18}; shift >= 0; shift -= 6) text += letters[word >> shift & 63];
-  }
-  if (bytes.size() % 3 != 0) text.replace(text.size() - (3 - bytes.size() % 3), 2, bytes.size() % 3 == 1 ? "==" : "=");
-  return text;
-}
-
-nlohmann::ordered_json page_data(const std::string& run) {
-  const auto frames{played_frames(run)};
+nlohmann::ordered_json page_data(const std::vector<std::string>& runs) {
+  const auto frames{played_frames(runs)};
   const std::vector<std::uint64_t>& stamps_ns{frames->stamps_ns()};
   PageSink sink;
-  nlohmann::ordered_json data{{"name", recording_name(run)}};
+  nlohmann::ordered_json data{{"name", recording_names(runs)}};
   Progress progress{"frames", stamps_ns.size()};
   for (std::size_t i{0}; i < stamps_ns.size(); ++i) {
     progress.update(i);
     sink.begin_frame();
     frames->send(i, sink);
     data["stamps"].push_back(static_cast<double>(stamps_ns[i]) * 1e-9);
-    data["frames"].push_back(base64(sink.packed_frame()));
+    data["frames"].push_back(io::base64(sink.packed_frame()));
   }
   data["channels"] = sink.channels();
   return data;
@@ -227,7 +215,11 @@ int export_run(const ExportOptions& options) {
   std::optional<io::RunWorldGrid> map;
   if (!options.nav2_map.empty()) map = run.world_grid(frame.name);
   std::string page;
-  if (!options.web.empty()) page = page_with(page_data(options.run));
+  if (!options.web.empty()) {
+    std::vector<std::string> runs{options.run};
+    runs.insert(runs.end(), options.beside.begin(), options.beside.end());
+    page = page_with(page_data(runs));
+  }
   if (!page.empty()) {
     make_folder_of(page_of(options));
     io::write_file(page_of(options), page);
@@ -258,6 +250,8 @@ void add_export_command(Command tool, int& exit_code) {
   command.add_option("--web DIR", options->web,
                      "Write index.html: the viewer with all frames in it, to be opened from disk or put on any web "
                      "server.");
+  command.add_option("--beside RUN,RUN,...", options->beside,
+                     "Further runs that the page of --web shows beside this one, as 'view' does.");
   command.add_option("--nav2-map DIR", options->nav2_map,
                      "Write map.yaml and map.pgm for Nav2's map_server: the filtered grid of a frame.");
   command.add_option(

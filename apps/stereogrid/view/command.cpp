@@ -48,13 +48,13 @@ class LatchedSink final : public messages::Sink {
 };
 
 struct ViewOptions {
-  std::string recording;
+  std::vector<std::string> recordings;
   PageOptions page;
 };
 
-server::ServerOptions server_options(const std::string& recording, Playback& playback) {
+server::ServerOptions server_options(const std::string& name, Playback& playback) {
   server::ServerOptions made;
-  made.name = recording_name(recording);
+  made.name = name;
   made.sends_time = true;
   made.parameters.values = playback.parameters();
   made.parameters.set = [&playback](const server::Parameter& parameter) { return playback.set(parameter); };
@@ -80,9 +80,9 @@ void play(PlayedFrames& frames, Playback& playback, server::Server& server) {
 }
 
 int view(const ViewOptions& options) {
-  const std::unique_ptr<PlayedFrames> frames{played_frames(options.recording)};
+  const std::unique_ptr<PlayedFrames> frames{played_frames(options.recordings)};
   Playback playback{frames->stamps_ns()};
-  const auto server{start_server(options.page, server_options(options.recording, playback))};
+  const auto server{start_server(options.page, server_options(recording_names(options.recordings), playback))};
   catch_interrupts();
   for (const std::string& sentence : frames->damage()) log_on_stderr("warning: {}\n", sentence);
   print("{} frames; open {}\n", frames->stamps_ns().size(), server->url());
@@ -95,8 +95,12 @@ int view(const ViewOptions& options) {
 
 void add_view_command(Command tool, int& exit_code) {
   auto options{std::make_shared<ViewOptions>()};
-  const Command command{tool.add_command("view", "Play a run or a recording in the browser; Ctrl-C ends it.")};
-  command.add_option("RUN", options->recording, "Folder of 'run --out', or a recording of 'run --mcap' (FILE.mcap).")
+  const Command command{tool.add_command(
+      "view", "Play a run or a recording in the browser; Ctrl-C ends it. Several are shown side by side.")};
+  command
+      .add_option("RUN", options->recordings,
+                  "Folder of 'run --out', or a recording of 'run --mcap' (FILE.mcap). Further ones follow the first by "
+                  "stamp.")
       .required();
   add_page_options(command, options->page);
   command.callback([options, &exit_code] { exit_code = view(*options); });

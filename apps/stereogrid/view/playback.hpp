@@ -95,7 +95,14 @@ class PlayedFrames {
 /// Frames of a recording, of the only one in a run's folder, or stored_frames(). Throws InputError.
 [[nodiscard]] std::unique_ptr<PlayedFrames> played_frames(const std::filesystem::path& path);
 
+/// The same of several runs, side by side: frames are those of the first; the others follow by stamp, with the last
+/// frame that is not later, or their first. All topics of a run are below "/NAME": recording_name(), followed by
+/// its number if an earlier run has that name. A single run's topics stay as they are. Throws InputError.
+[[nodiscard]] std::unique_ptr<PlayedFrames> played_frames(const std::vector<std::string>& runs);
+
 /// The last name in the path of a run or a recording, for people.
 [[nodiscard]] std::string recording_name(const std::filesystem::path& path);
+/// The names of several, as their topics have them, separated by commas.
+[[nodiscard]] std::string recording_names(const std::vector<std::string>& runs);
 
 }  // namespace stereogrid::app

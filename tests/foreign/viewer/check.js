@@ -122,6 +122,7 @@ async function checkLayers(page) {
 /** What each layer looks like, a frame on: velocities are those between neighbours. */
 async function layersAfter(page, frame) {
   await atFrame(page, frame);
+  await settled(page);
   await page.keyboard.press("ArrowRight");
   await atFrame(page, frame + 1);
   await settled(page);
@@ -156,6 +157,42 @@ async function checkExport(browser) {
   await until(page, () => document.getElementById("play").getAttribute("aria-label") === "Play");
   assert.deepStrictEqual(faults, []);
   await checkTools(page);
+  child.removeAllListeners("exit");
+  child.kill("SIGINT");
+}
+
+/** Two runs: one slider and one part of the world for both grids, the panels of either. */
+async function checkSideBySide(browser) {
+  const other = `${folder}/paper`;
+  const { status, stderr } = spawnSync(stereogrid, ["run", "scene:street?frames=30", "--preset", "paper", "--out", other, "-q"],
+    { encoding: "utf8" });
+  assert.strictEqual(status, 0, stderr);
+  const { address, child } = await serve(stereogrid, "view", `${folder}/run`, other, "--listen", ":0");
+  const { page, faults } = await opened(browser, `${address}#frame=17`);
+  await atFrame(page, 17);
+  await settled(page);
+  const captions = page.locator("figcaption button");
+  assert.deepStrictEqual(await captions.allTextContents(), ["run", "paper"]);
+  const looks = () => page.locator("#grids canvas").evaluateAll((all) => all.map((canvas) => canvas.toDataURL()));
+  const before = await looks();
+  assert.notStrictEqual(before[0], before[1]);
+  await page.locator("#grid").focus();
+  await page.keyboard.press("+");
+  await page.waitForTimeout(300);
+  (await looks()).forEach((one, i) => assert.notStrictEqual(one, before[i], "both are zoomed"));
+  await page.keyboard.press("0");
+  await page.locator("#grid-title").click();
+  await page.keyboard.press("ArrowRight");
+  await atFrame(page, 18);
+  await page.waitForTimeout(500);
+  (await looks()).forEach((one, i) => assert.notStrictEqual(one, before[i], "both are a frame on"));
+  const table = await page.textContent("#obstacles tbody");
+  await captions.nth(1).click();
+  assert.strictEqual(await captions.nth(1).getAttribute("aria-pressed"), "true");
+  assert.notStrictEqual(await page.textContent("#obstacles tbody"), table);
+  await page.screenshot({ path: `${folder}/side-by-side.png` });
+  assert.deepStrictEqual(faults, []);
+  await page.close();
   child.removeAllListeners("exit");
   child.kill("SIGINT");
 }
@@ -314,6 +351,7 @@ async function main() {
   await checkToken(browser);
   await checkLive(browser);
   await checkExport(browser);
+  await checkSideBySide(browser);
   await browser.close();
   console.log("The page works in Chromium.");
 }
