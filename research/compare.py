@@ -121,7 +121,8 @@ def draw(source: str, folder: Path, names: list, target: Path) -> None:
     nearest = np.full(361, np.inf)
     np.minimum.at(nearest, bearing[state == 2], x[state == 2])
     shown = np.where(state == 2, np.where(x > nearest[bearing] + 0.5, 3, 2), state)
-    plot.cells(grid, shown, truth, cmap=ListedColormap(["#aaaaaa", "white", "black", "#e62828"]), vmin=0, vmax=3)
+    colors = [*(plot.COLORS[f"cell-{state}"] for state in ("unknown", "free", "occupied")), "#e62828"]
+    plot.cells(grid, shown, truth, cmap=ListedColormap(colors), vmin=0, vmax=3)
     for name, one in zip(names, axes):
         title, place, series = METHODS[name]
         grids = stereogrid.read_run(folder / place).grids(run.frames[-1].name)
