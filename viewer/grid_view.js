@@ -42,9 +42,11 @@ export class GridView {
     new ResizeObserver(() => this.redraw()).observe(canvas);
   }
 
-  /** Shows the whole layer. */
+  /** Shows the whole layer, or the largest one of the linked grids. */
   home() {
-    const { corner, resolution, width, height, frame } = this.layer ?? emptyLayer;
+    const extent = ({ resolution, width, height }) => resolution * Math.max(width, height);
+    const layers = [this, ...this.linked].map(({ layer }) => layer).filter(Boolean).sort((a, b) => extent(b) - extent(a));
+    const { corner, resolution, width, height, frame } = layers[0] ?? emptyLayer;
     const size = [width * resolution, height * resolution];
     const middle = corner.map((value, i) => value + size[i] / 2);
     this.centre = frame === this.worldFrame ? this.#inVehicle(middle) : middle; // m ahead, m to the left

@@ -164,6 +164,7 @@ async function checkExport(browser) {
 /** Two runs: one slider and one part of the world for both grids, the panels of either. */
 async function checkSideBySide(browser) {
   const other = `${folder}/paper`;
+  rmSync(other, { recursive: true, force: true });
   const { status, stderr } = spawnSync(stereogrid, ["run", "scene:street?frames=30", "--preset", "paper", "--out", other, "-q"],
     { encoding: "utf8" });
   assert.strictEqual(status, 0, stderr);
