@@ -187,5 +187,13 @@ TEST_F(ConfigFile, ErrorsNameFileAndLine) {
   expect_error([&] { load_config(folder / "none.yaml", config); }, {"none.yaml", "no such file"});
 }
 
+// RFC 4648, section 10
+TEST(Base64, HasPadding) {
+  for (const Shown& one : std::vector<Shown>{
+           {"", ""}, {"f", "Zg=="}, {"fo", "Zm8="}, {"foo", "Zm9v"}, {"foobar", "Zm9vYmFy"}, {"\xfb\xff", "+/8="}}) {
+    EXPECT_EQ(base64(one.text), one.shown);
+  }
+}
+
 }  // namespace
 }  // namespace stereogrid::io::testing
