@@ -95,6 +95,15 @@ TEST(Pictures, DirectionsAreCyclic) {
   EXPECT_EQ(colour_of_direction(-std::numbers::pi / 2), palette().headings[6]);
 }
 
+TEST(Pictures, EdgesOfDropsDifferWithoutTheirColour) {
+  Obstacle obstacle;
+  obstacle.kind = ObstacleKind::boundary;
+  const double usual{stroke_of(obstacle).width_px};
+  obstacle.kind = ObstacleKind::drop;
+  EXPECT_EQ(stroke_of(obstacle).width_px, 2 * usual);
+  EXPECT_EQ(stroke_of(obstacle).colour, palette().drop);
+}
+
 TEST(Pictures, LettersAreLargeAndHaveContrast) {
   EXPECT_GE(text_px, 14);
   for (const Colour ground : {palette().paper, palette().card}) {

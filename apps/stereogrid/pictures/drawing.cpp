@@ -63,6 +63,11 @@ Colour colour_of(const Obstacle& obstacle) {
   return obstacle.kind == ObstacleKind::object ? palette().object : palette().boundary;
 }
 
+Stroke stroke_of(const Obstacle& obstacle) {
+  return {colour_of(obstacle), obstacle.kind == ObstacleKind::drop ? drop_px : outline_px,
+          obstacle.kind == ObstacleKind::object};
+}
+
 cv::Mat occupancy_colours(const Image<float>& occupancy) {
   cv::Mat colours(occupancy.height(), occupancy.width(), CV_8UC3);
   for (int v{0}; v < colours.rows; ++v) {

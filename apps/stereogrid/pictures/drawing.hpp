@@ -48,6 +48,8 @@ struct Palette {
 [[nodiscard]] Colour colour_of_direction(double direction_rad);
 /// Colour of an obstacle: that of its direction while it moves, else of its kind.
 [[nodiscard]] Colour colour_of(const Obstacle& obstacle);
+/// Stroke of an obstacle's outline: edges of drops are wide, so that they differ without their colour, too.
+[[nodiscard]] Stroke stroke_of(const Obstacle& obstacle);
 /// RGB of occupancies, in the order of the image.
 [[nodiscard]] cv::Mat occupancy_colours(const Image<float>& occupancy);
 
@@ -55,6 +57,7 @@ constexpr double text_px{16};  ///< size of letters
 constexpr double title_px{20};
 constexpr double halo_px{2.5};   ///< paper around letters over an image
 constexpr double outline_px{2};  ///< width of obstacles' outlines
+constexpr double drop_px{4};     ///< width of edges of drops
 
 void fill_box(Canvas& canvas, const Box& box, Colour colour);
 void frame_box(Canvas& canvas, const Box& box);

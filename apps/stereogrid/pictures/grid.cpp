@@ -87,7 +87,7 @@ void draw_axes(Canvas& canvas, const Box& box, const TopView& view, const GridGe
 void draw_outline(Canvas& canvas, const TopView& view, const Obstacle& obstacle) {
   Points points;
   for (const Point2& point : obstacle.outline) points.push_back(view.at(point.x, point.y));
-  draw_lines(canvas, {points}, {colour_of(obstacle), outline_px, obstacle.kind == ObstacleKind::object});
+  draw_lines(canvas, {points}, stroke_of(obstacle));
 }
 
 }  // namespace
@@ -166,9 +166,10 @@ void draw_grid_legend(Canvas& canvas, const Box& box) {
            [](double share) { return colour_of_elevation(share - 0.5); });
   const double from{box.x + bar_width + 30.0};
   double y{box.y + 16.0};
-  for (const auto& [colour, text] :
-       {std::pair{use.object, "object"}, {use.boundary, "boundary"}, {use.drop, "edge of a drop"}}) {
-    canvas.line({{from, y - 5}, {from + 30, y - 5}}, {colour, outline_px + 1});
+  for (const auto& [stroke, text] : {std::pair{Stroke{use.object, outline_px}, "object"},
+                                     {Stroke{use.boundary, outline_px}, "boundary"},
+                                     {Stroke{use.drop, drop_px}, "edge of a drop"}}) {
+    canvas.line({{from, y - 5}, {from + 30, y - 5}}, stroke);
     canvas.text({from + 40, y}, text, {.colour = use.ink});
     y += 28;
   }

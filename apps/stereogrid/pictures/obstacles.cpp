@@ -96,7 +96,10 @@ void draw_obstacles_in_image(Canvas& canvas, const Box& box, const FrameResult& 
   const std::vector<Obstacle> obstacles{shown_obstacles(result)};
   canvas.begin_part(box);
   for (const Obstacle& obstacle : obstacles) {
-    if (!obstacle.coasting) draw_lines(canvas, lines_of(view, obstacle), {colour_of(obstacle), outline_px});
+    if (obstacle.coasting) continue;
+    Stroke stroke{stroke_of(obstacle)};
+    stroke.is_closed = false;  // boxes are closed by their lines
+    draw_lines(canvas, lines_of(view, obstacle), stroke);
   }
   Labels labels{canvas, {box.width, box.height}};
   for (const Obstacle& obstacle : obstacles) {
