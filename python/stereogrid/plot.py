@@ -41,6 +41,7 @@ OCCUPANCY = LinearSegmentedColormap.from_list(
 DIRECTIONS = LinearSegmentedColormap.from_list("directions", [COLORS[f"heading-{i % 8}"] for i in range(9)], N=360)
 """From 0 (ahead) counter-clockwise to 1 (ahead again); opposite directions differ for colour-blind eyes, too."""
 KINDS = {"object": "obstacle-thing", "boundary": "obstacle-other", "drop": "obstacle-drop"}
+WIDTHS = {"object": 1.5, "boundary": 1.5, "drop": 3.0}
 MOVING_MPS = 1.0
 """Cells below this speed have the color of their occupancy."""
 ARROW_S = 1.0
@@ -117,6 +118,11 @@ def _color(obstacle: Obstacle) -> Any:
     return to_rgb(COLORS[KINDS[obstacle.kind]])
 
 
+def _style(obstacle: Obstacle) -> dict[str, Any]:
+    color, width = _color(obstacle), WIDTHS[obstacle.kind]
+    return {"color": color, "linewidth": width, "path_effects": _halo(width + 1.5, color)}
+
+
 def _label(axes: Any, obstacle: Obstacle, u: float, v: float) -> None:
     speed = f": {np.hypot(obstacle.vx_mps, obstacle.vy_mps):.1f} m/s" if obstacle.moving else ""
     style = {
@@ -131,7 +137,7 @@ def _label(axes: Any, obstacle: Obstacle, u: float, v: float) -> None:
 
 def legend(axes: Any) -> None:
     """Draws the kinds of lines below a grid, and the wheel of directions."""
-    lines = [Line2D([], [], color=COLORS[color], label=kind) for kind, color in KINDS.items()]
+    lines = [Line2D([], [], color=COLORS[color], linewidth=WIDTHS[kind], label=kind) for kind, color in KINDS.items()]
     arrow = Line2D([], [], color=COLORS["ink"], marker=">", label=f"motion in {ARROW_S:g} s")
     axes.legend(handles=[*lines, arrow], loc="upper left", bbox_to_anchor=(0, -0.1), ncols=2, frameon=False)
     wheel = axes.inset_axes((0.8, -0.3, 0.2, 0.2), projection="polar", theta_offset=np.pi / 2)
@@ -151,7 +157,7 @@ def _closed(points: Any, obstacle: Obstacle) -> Any:
 
 def _outline(axes: Any, obstacle: Obstacle) -> None:
     points = _closed(obstacle.outline, obstacle)
-    style = {"color": _color(obstacle), "linewidth": 1.5, "path_effects": _halo(3, _color(obstacle))}
+    style = _style(obstacle)
     axes.plot(points[:, 1], points[:, 0], **style)
     if obstacle.moving:
         tip = (obstacle.y_m + ARROW_S * obstacle.vy_mps, obstacle.x_m + ARROW_S * obstacle.vx_mps)
@@ -215,7 +221,7 @@ def overlay(frame: Frame, result: FrameResult, axes: Any = None) -> Any:
             continue
         points = obstacle.outline[obstacle.outline[:, 0] > 1.0]
         x, y = _closed(points, obstacle).T
-        style = {"color": _color(obstacle), "linewidth": 1.5, "path_effects": _halo(3, _color(obstacle))}
+        style = _style(obstacle)
         foot = _in_image(result.rig, x, y, 0.0)
         top = _in_image(result.rig, x, y, obstacle.height_m)
         axes.plot(*foot, **style)
