@@ -5,6 +5,7 @@
 #include <opencv2/core.hpp>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "stereogrid/io/image_file.hpp"

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "pictures/drawing.hpp"
-#include "pictures/letters.hpp"
 
 namespace stereogrid::app {
 namespace {

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
-#include <opencv2/imgproc.hpp>
 
 #include "pictures/canvas.hpp"
 #include "pictures/letters.hpp"
