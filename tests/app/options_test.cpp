@@ -108,6 +108,8 @@ TEST_F(Options, PicturesAreSvgOnRequest) {
   run_well({"run", small_scene("empty", "&frames=1"), "--out", out, "--pictures", "svg"});
   EXPECT_THAT(files_in(out / "pictures"), ElementsAre("000000.svg"));
   EXPECT_TRUE(text_of(out / "pictures" / "000000.svg").starts_with("<svg "));
+  run_well({"run", "--pictures", small_scene("empty", "&frames=1"), "--out", folder / "before the input"});
+  EXPECT_THAT(files_in(folder / "before the input" / "pictures"), ElementsAre("000000.png"));
   expect_refused({{"run", "scene:empty", "--out", folder / "never", "--pictures", "jpg"}, "jpg"}, 64);
 }
 

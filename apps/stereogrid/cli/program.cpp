@@ -109,6 +109,23 @@ std::string usage_problem(const CLI::App& program, const CLI::ParseError& error)
   return fmt::format("{}\n'{} --help' lists all options.", problem, text_of(used).name);
 }
 
+/// Words of the command line, last first, as CLI11 takes them. An option with a choice of values that may be left out
+/// takes only one of these: in `--pictures INPUT`, INPUT is not its value.
+std::vector<std::string> words_of(const CLI::App& program, std::vector<std::string> words) {
+  for (const CLI::App* command : program.get_subcommands({})) {
+    for (const CLI::Option* option : command->get_options()) {
+      const std::string choice{'|' + option->get_type_name() + '|'};
+      if (option->get_expected_min() > 0 || std::ranges::count(choice, '|') < 3) continue;
+      for (std::size_t i{0}; i < words.size(); ++i) {
+        const bool has_value{i + 1 < words.size() && choice.find('|' + words[i + 1] + '|') != std::string::npos};
+        if (words[i] == option->get_name() && !has_value) words[i] += '=' + option->get_default_str();
+      }
+    }
+  }
+  std::ranges::reverse(words);
+  return words;
+}
+
 int parse_and_run(int argc, char** argv, const char* name, Describe describe) {
   CLI::App program{"", name};
   program.formatter_fn([](const CLI::App* app, const std::string&, CLI::AppFormatMode) {
@@ -132,7 +149,7 @@ int parse_and_run(int argc, char** argv, const char* name, Describe describe) {
   }
   refuse_empty_values(program);
   try {
-    program.parse(argc, argv);
+    program.parse(words_of(program, {argv + 1, argv + argc}));
   } catch (const CLI::Success& help_or_version) {
     std::ostringstream text;
     const int code{program.exit(help_or_version, text)};

@@ -217,8 +217,7 @@ std::optional<std::string> contradiction_of_poses(const Input& input) {
   if (!text) return std::nullopt;
   if (!with([](const Pose2& pose) { return inverse(pose); })) {
     return "the poses seem to be inverted: they fit the motion in the images as camera_from_world, but "
-           "world_from_camera is "
-           "needed. Invert them, or use --poses odometry.";
+           "world_from_camera is needed. Invert them, or use --poses odometry.";
   }
   if (!with([](const Pose2& pose) { return Pose2{pose.x_m, -pose.y_m, -pose.yaw_rad}; })) {
     return "the images turn to the other side than the poses: the images are mirrored, or y and the heading of the "
