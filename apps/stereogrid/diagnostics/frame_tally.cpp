@@ -99,6 +99,7 @@ class DriveDiagnosis {
     if (const auto fault{frame ? fault_if_upside_down(*frame, context_) : std::nullopt}) return say(*fault);
     if (const std::string fault{frame ? fault_of_scale(*frame, context_) : ""}; !fault.empty()) return say(fault);
     if (const auto fault{frame ? fault_of_view(*frame, context_) : std::nullopt}) return say(*fault);
+    if (const auto fault{frame ? fault_of_residual(*frame) : std::nullopt}) return say(*fault);
     std::string text{fmt::format("road not found in {} (first: {})", share(missed), missed.first.name)};
     if (unknown.frames > 0) {
       text += fmt::format("; in {} the ground plane is unknown, and so is the grid", share(unknown));

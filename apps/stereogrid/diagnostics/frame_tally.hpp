@@ -82,6 +82,9 @@ struct Findings {
 /// camera's centre.
 [[nodiscard]] std::optional<std::string> fault_of_distances(const StereoFrame& frame, const TallyContext& context);
 
+/// Message where matched corners of a rectified pair lie on different rows.
+[[nodiscard]] std::optional<std::string> fault_of_residual(const StereoFrame& frame);
+
 /// Texts of fault_of_shift() and fault_of_distances(), for the first frame of an input.
 [[nodiscard]] std::vector<std::string> faults_of_frame(const StereoFrame& frame, const TallyContext& context);
 

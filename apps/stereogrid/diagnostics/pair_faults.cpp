@@ -15,6 +15,7 @@
 
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/recording.hpp"
+#include "stereogrid/io/rectifier.hpp"
 #include "stereogrid/pipeline.hpp"
 
 namespace stereogrid::app {
@@ -240,12 +241,24 @@ std::optional<std::string> fault_if_upside_down(const StereoFrame& frame, const 
          "another tool has written the calibration).";
 }
 
+std::optional<std::string> fault_of_residual(const StereoFrame& frame) {
+  constexpr double largest_px{0.75};
+  const auto residual_px{io::row_residual_px(frame)};
+  if (!residual_px || *residual_px <= largest_px) return std::nullopt;
+  return fmt::format(
+      "vertical misalignment: matched corners of both images lie on rows that differ by {:.1f} px (median). The pair "
+      "is "
+      "not rectified, or not with its own calibration.",
+      *residual_px);
+}
+
 std::optional<std::string> fault_of_shift(const StereoFrame& frame, const TallyContext& context) {
   const auto problem{io::finding_if_shifted(frame, context.source_rig)};
   if (!problem) return std::nullopt;
   if (std::string late{fault_of_time(context, frame)}; !late.empty()) return late;  // motion shifts the images
-  const auto other{fault_if_upside_down(frame, context)};
-  return other ? other : problem;
+  if (const auto other{fault_if_upside_down(frame, context)}) return other;
+  const auto misaligned{fault_of_residual(frame)};
+  return misaligned ? misaligned : problem;
 }
 
 std::string fault_of_scale(const StereoFrame& frame, const TallyContext& context) {
@@ -319,12 +332,15 @@ PairFault fault_of_pair(const TallyContext& context, const StereoFrame& frame) {
   if (const auto fault{fault_if_upside_down(frame, context)}) return {*fault};
   if (const auto problem{io::finding_if_swapped(frame)}) return {*problem, true};
   if (const std::string late{fault_of_time(context, frame)}; !late.empty()) return {late};
-  if (io::negative_disparity_px(frame))
-    return {"the right image is shifted: its farthest points have negative disparities."};
+  if (io::negative_disparity_px(frame)) {
+    return {fault_of_residual(frame).value_or(
+        "the right image is shifted: its farthest points have negative disparities.")};
+  }
   const double as_it_is{io::coarse_match_share(frame.left, frame.right)};
   std::string fault{fault_of_rectification(context.input.recording, static_cast<std::size_t>(frame.index), as_it_is)};
   if (fault.empty()) fault = fault_of_rows(frame, as_it_is);
   if (fault.empty()) fault = fault_of_range(frame, context);
+  if (fault.empty()) fault = fault_of_residual(frame).value_or("");
   return {fault};
 }
 

@@ -59,6 +59,20 @@ void add_residuals(const Image<std::uint8_t>& left, const Image<std::uint8_t>& r
 
 }  // namespace
 
+std::optional<double> row_residual_px(const StereoFrame& frame) {
+  constexpr std::size_t fewest{30};
+  if (frame.left.empty() || frame.right.width() != frame.left.width() || frame.right.height() != frame.left.height()) {
+    return std::nullopt;
+  }
+  std::vector<double> residuals;
+  add_residuals(frame.left, frame.right, residuals);
+  if (residuals.size() < fewest) return std::nullopt;
+  for (double& residual : residuals) residual = std::abs(residual);
+  const auto middle{residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2)};
+  std::ranges::nth_element(residuals, middle);
+  return *middle;
+}
+
 RowResidual row_residual(const RawPair& raw, std::span<const StereoFrame> frames) {
   const int width_px{frames.front().left.width()};
   const int height_px{frames.front().left.height()};

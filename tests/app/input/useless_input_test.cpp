@@ -163,6 +163,22 @@ TEST_F(UselessInput, InfoNoticesACameraThatHasStopped) {
   EXPECT_THAT(run_tool({"info", input}).output, HasSubstr("the right image of 000002 is the same as that of 000001"));
 }
 
+TEST_F(UselessInput, InfoNoticesAnotherFocalLengthOfTheRightCamera) {
+  const fs::path input{drive(folder, 2)};
+  replace_pairs(input, [](Grey&, Grey& right) {
+    constexpr double zoom{1.06};
+    const Grey usual{right};
+    for (int v{0}; v < right.height(); ++v) {
+      for (int u{0}; u < right.width(); ++u) {
+        right(u, v) = usual(static_cast<int>(std::lround(160 + (u - 160) / zoom)),
+                            static_cast<int>(std::lround(100 + (v - 100) / zoom)));
+      }
+    }
+  });
+  EXPECT_THAT(run_tool({"info", input}).output,
+              AllOf(HasSubstr("vertical misalignment: matched corners"), Not(HasSubstr("cx_right_px"))));
+}
+
 TEST_F(UselessInput, InfoNoticesOneMirroredImage) {
   const fs::path input{drive(folder, 2)};
   replace_pairs(input, [](Grey& left, Grey&) {

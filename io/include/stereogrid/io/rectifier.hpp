@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "stereogrid/export.hpp"
@@ -46,6 +47,9 @@ struct RowResidual {
 
 /// Residual of a raw pair as its calibration rectifies it. `frames`: as recorded, one at least.
 [[nodiscard]] STEREOGRID_EXPORT RowResidual row_residual(const RawPair& raw, std::span<const StereoFrame> frames);
+
+/// Median vertical distance (px, below 6) of matched corners of a rectified pair; none: fewer than 30 corners match.
+[[nodiscard]] STEREOGRID_EXPORT std::optional<double> row_residual_px(const StereoFrame& frame);
 
 /// PipelineOptions::mask from a file: 255 where the pixel is used, 0 where it shows the vehicle itself. In the file
 /// black (0) shows the vehicle; of colours, all three 0. Throws InputError: missing, damaged, of another size, a JPEG
