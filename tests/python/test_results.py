@@ -202,7 +202,16 @@ def test_results_and_frames_are_pickled(scene: sg.Recording, frames: list[sg.Fra
     for frame in frames:
         result = pipeline.process(frame)
     copy = pickle.loads(pickle.dumps(result))
-    for name in ("occupancy", "observed", "velocity", "velocity_covariance", "age_s", "elevation_m", "terrain", "world_elevation_m"):
+    for name in (
+        "occupancy",
+        "observed",
+        "velocity",
+        "velocity_covariance",
+        "age_s",
+        "elevation_m",
+        "terrain",
+        "world_elevation_m",
+    ):
         np.testing.assert_array_equal(getattr(copy, name), getattr(result, name), name)
     np.testing.assert_array_equal(copy.world.occupancy, result.world.occupancy)
     np.testing.assert_array_equal(copy.stages.visible, result.stages.visible)
