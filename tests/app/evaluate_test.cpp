@@ -198,7 +198,7 @@ TEST_F(Evaluate, SaysWhatIsMissing) {
   EXPECT_THAT(error_text({"--truth", "lidar"}), HasSubstr("has no lidar sweeps. It has exact truth"));
   EXPECT_THAT(error_text({"scene:empty?frames=2&width=200&height=100"}),
               HasSubstr("images of 160 × 100 px, but the input's have 200 × 100 px"));
-  EXPECT_THAT(error_text({scene, "--truth", "lidar"}), HasSubstr("scene has no lidar"));
+  EXPECT_THAT(error_text({scene, "--truth", "lidar"}), HasSubstr("input has no lidar"));
 
   // the same frames under other names
   const fs::path other{folder / "other"};

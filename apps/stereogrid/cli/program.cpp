@@ -109,16 +109,18 @@ std::string usage_problem(const CLI::App& program, const CLI::ParseError& error)
   return fmt::format("{}\n'{} --help' lists all options.", problem, text_of(used).name);
 }
 
+bool is_input(const std::string& word) {
+  return word.find_first_of("/.:") != std::string::npos || std::filesystem::exists(word);
+}
+
 /// Words of the command line, last first, as CLI11 takes them. An option with a choice of values that may be left out
-/// takes only one of these: in `--pictures INPUT`, INPUT is not its value.
+/// takes no input for its value: `--pictures INPUT`.
 std::vector<std::string> words_of(const CLI::App& program, std::vector<std::string> words) {
   for (const CLI::App* command : program.get_subcommands({})) {
     for (const CLI::Option* option : command->get_options()) {
-      const std::string choice{'|' + option->get_type_name() + '|'};
-      if (option->get_expected_min() > 0 || std::ranges::count(choice, '|') < 3) continue;
-      for (std::size_t i{0}; i < words.size(); ++i) {
-        const bool has_value{i + 1 < words.size() && choice.find('|' + words[i + 1] + '|') != std::string::npos};
-        if (words[i] == option->get_name() && !has_value) words[i] += '=' + option->get_default_str();
+      if (option->get_expected_min() > 0 || option->get_type_name().find('|') == std::string::npos) continue;
+      for (std::size_t i{0}; i + 1 < words.size(); ++i) {
+        if (words[i] == option->get_name() && is_input(words[i + 1])) words[i] += '=' + option->get_default_str();
       }
     }
   }
