@@ -110,7 +110,7 @@ std::string usage_problem(const CLI::App& program, const CLI::ParseError& error)
 }
 
 bool is_input(const std::string& word) {
-  return word.find_first_of("/.:") != std::string::npos || std::filesystem::exists(word);
+  return word.find_first_of("/.:") != std::string::npos || io::is_there(word);
 }
 
 /// Words of the command line, last first, as CLI11 takes them. An option with a choice of values that may be left out
