@@ -27,9 +27,9 @@ export class RunView {
     });
   }
 
-  /** Name of a run that others stand beside ("/NAME/stereo_grid"); "": it is alone. */
+  /** NAME of "/NAME/stereo_grid", or the node without one. */
   get name() {
-    return this.node.replace(/\/[^/]*$/, '').slice(1);
+    return (this.node.replace(/\/[^/]*$/, '') || this.node).slice(1);
   }
 
   follow(node) {

@@ -117,6 +117,14 @@ TEST_F(Live, NotifiesAServiceManagerThatItIsAlive) {
   close(manager);
 }
 
+TEST_F(Live, ShowsAnotherPresetBeside) {
+  const std::uint16_t port{free_port()};
+  Process live{{"live", small_scene("street", "&frames=8"), "--loop", "--beside", "paper", "--listen", at(port)}};
+  ASSERT_TRUE(becomes([&] { return get(port, "/healthz").find("200 OK") != std::string::npos; }));
+  live.send(SIGINT);
+  EXPECT_EQ(live.wait(), 0);
+}
+
 /// A program that writes a drive's images at 10 Hz, each camera's to a socket of `folder`, over and over.
 Process camera_writer(const fs::path& drive, const TemporaryFolder& folder) {
   std::vector<std::string> words{"-q"};

@@ -175,7 +175,7 @@ class McapSink final : public messages::Sink {
   std::vector<Open> channels_;
 };
 
-/// Messages to the viewers of a server, which has to live longer. A topic is advertised when there is something to send
+/// As viewer_sink(). A topic is advertised when there is something to send
 /// on it for the first time.
 class ServerSink final : public messages::Sink {
  public:
@@ -227,6 +227,10 @@ struct MessageOutput::State {
   std::optional<messages::Tee> all;
   std::vector<messages::FrameMessages> senders;
 };
+
+std::unique_ptr<messages::Sink> viewer_sink(server::Server& server) {
+  return std::make_unique<ServerSink>(server);
+}
 
 MessageOutput::MessageOutput(const MessageOptions& options, server::Server* viewers, const Rig& rig)
     : state_{std::make_unique<State>(options, viewers, rig)} {}

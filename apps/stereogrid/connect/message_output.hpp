@@ -47,6 +47,9 @@ void check(const MessageOptions& options, const Rig& rig);
 /// True if a message is recorded or published that needs FrameResult::stages.
 [[nodiscard]] bool needs_stages(const MessageOptions& options);
 
+/// Messages to the viewers of a server, which has to live longer.
+[[nodiscard]] std::unique_ptr<messages::Sink> viewer_sink(server::Server& server);
+
 /// Publishes the results of each frame as ROS 2 messages: to an MCAP file, viewers and ROS 2.
 class MessageOutput {
  public:

@@ -76,16 +76,53 @@ class ResetRequest {
   std::atomic<bool> is_wanted_{false};
 };
 
+/// The same frames with another preset, for the page only.
+class OtherPreset {
+ public:
+  OtherPreset(const LiveOptions& options, const LiveInput& input, server::Server& viewers)
+      : pipeline_{start_pipeline(config_of(options), input.source->rig(), options.device,
+                                 {.mask = input.mask,
+                                  .extrinsics_given = input.recording.extrinsics_given,
+                                  .in_world_of_poses = input.in_world_of_poses})},
+        sink_{viewer_sink(viewers)},
+        messages_{*sink_,
+                  pipeline_.rig(),
+                  {.node = options.beside + "/stereo_grid",
+                   .topics = {"occupancy_grid", "observed_grid", "packed_grid", "obstacles", "left/camera_info",
+                              "odometry", "status"}}} {}
+
+  void send(const capture::PreparedFrame& placed, messages::FrameFacts facts) {
+    if (placed.resets_before) pipeline_.reset();
+    const FrameResult& result{pipeline_.process(placed.frame)};
+    messages_.set_rig(result.rig);
+    facts.stamp_ns = placed.frame.stamp_ns;
+    messages_.send(result, facts);
+  }
+
+ private:
+  static Config config_of(const LiveOptions& options) {
+    ConfigOptions config{options.config};
+    config.preset = options.beside;
+    return config_from(config);
+  }
+
+  Pipeline pipeline_;
+  std::unique_ptr<messages::Sink> sink_;
+  messages::FrameMessages messages_;
+};
+
 /// Takes frames as they come through the pipeline to the viewers.
 class LiveLoop final : private capture::FrameHandler {
  public:
-  LiveLoop(const LiveInput& input, const FusionStage& fusion, Pipeline& pipeline, MessageOutput& output, Page& page,
-           ResetRequest& reset)
+  /// `other`: nullptr: none.
+  LiveLoop(const LiveInput& input, const FusionStage& fusion, Pipeline& pipeline, MessageOutput& output,
+           OtherPreset* other, Page& page, ResetRequest& reset)
       : input_{input},
         fusion_{fusion},
         placed_{input},
         pipeline_{pipeline},
         output_{output},
+        other_{other},
         page_{page},
         reset_{reset} {}
 
@@ -138,7 +175,7 @@ class LiveLoop final : private capture::FrameHandler {
     if (fusion_warning_) result.warnings.push_back({*fusion_warning_});
     log_warnings(result.warnings);
     count(placed, result);
-    send(placed.frame, result);
+    send(placed, result);
   }
 
   void refuse(const std::string& reason) override {
@@ -158,13 +195,14 @@ class LiveLoop final : private capture::FrameHandler {
     }
   }
 
-  void send(const StereoFrame& frame, const FrameResult& result) {
+  void send(const capture::PreparedFrame& placed, const FrameResult& result) {
     ++frames_;
     std::vector<messages::Dropped> dropped;
     for (const capture::Drop& drop : placed_.dropped()) dropped.push_back({drop.reason, drop.frames});
     if (refused_ > 0) dropped.push_back({"refused by the pipeline", refused_});
     const messages::FrameFacts facts{.latency = latency_, .frames = frames_, .dropped = dropped};
-    output_.send(frame, result, facts);
+    output_.send(placed.frame, result, facts);
+    if (other_ != nullptr) other_->send(placed, facts);
     page_.note(result, facts);
   }
 
@@ -203,6 +241,7 @@ class LiveLoop final : private capture::FrameHandler {
   PlacedFrames placed_;
   Pipeline& pipeline_;
   MessageOutput& output_;
+  OtherPreset* other_;
   Page& page_;
   ResetRequest& reset_;
   ServiceManager service_;
@@ -265,11 +304,13 @@ int live(const LiveOptions& options) {
   ResetRequest reset;
   Page page{options.page, input.kind, reset.parameters()};
   MessageOutput output{messages, &page.server(), pipeline.rig()};
+  std::optional<OtherPreset> other;
+  if (!options.beside.empty()) other.emplace(options, input, page.server());
   catch_interrupts();
   if (recording != nullptr) warn_of_first_frame(input.recording, config);
   print("open {}\n", page.server().url());
   if (!failed_output().empty()) return exit_try_again;  // run_program() says it
-  LiveLoop loop{input, fusion, pipeline, output, page, reset};
+  LiveLoop loop{input, fusion, pipeline, output, other ? &*other : nullptr, page, reset};
   loop.go_on();
   output.finish();
   loop.report();
@@ -356,6 +397,8 @@ void add_live_command(Command tool, int& exit_code) {
                    "For ros2:/…: use the time of /clock, as with use_sim_time; if it steps back, all begins "
                    "anew.");
   add_page_options(command, options->page);
+  command.add_option("--beside PRESET", options->beside, "Show the grids of another preset, too, beside these.")
+      .one_of({"default", "robot", "paper"});
   command.callback([options, &exit_code] { exit_code = live(*options); });
 }
 

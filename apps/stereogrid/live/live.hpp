@@ -50,6 +50,7 @@ struct LiveOptions {
   std::vector<double> predict_s;
   MessageOptions messages;
   PageOptions page;
+  std::string beside;  ///< preset whose grids the page shows, too; empty: none
 };
 
 /// `stereogrid live`. Returns the exit code; throws ConfigError, InputError, DeviceError.
@@ -59,8 +60,8 @@ struct LiveOptions {
 [[nodiscard]] bool is_ros2(const std::string& source);
 
 /// Opens two cameras, or a camera with depth, on the network. Waits until both topics have images, and CameraInfo if no
-/// calibration is given, and of grids to fuse; waiting is reported. Throws ConfigError: options that do not fit; DeviceError; InputError: no
-/// pair of cameras. Sets the options in `ros2` that follow from the poses.
+/// calibration is given, and of grids to fuse; waiting is reported. Throws ConfigError: options that do not fit;
+/// DeviceError; InputError: no pair of cameras. Sets the options in `ros2` that follow from the poses.
 [[nodiscard]] LiveInput open_ros2_input(const InputOptions& options, FusedSource fused, Ros2Options& ros2);
 
 /// systemd, where it has started this program as a service of Type=notify (sd_notify(3): the socket that NOTIFY_SOCKET

@@ -48,7 +48,7 @@ struct WriterOptions {
   std::size_t every{1};  ///< multiples of it are written
   std::vector<std::string> layers{};
   bool stages{false};
-  std::string pictures;  ///< "png", "svg"; "": none
+  std::string pictures;         ///< "png", "svg"; "": none
   std::filesystem::path video;  ///< empty: none
   double video_rate_hz{10};
   MessageOptions messages{};

@@ -198,6 +198,21 @@ async function checkSideBySide(browser) {
   child.kill("SIGINT");
 }
 
+/** A live server with two presets. */
+async function checkLiveBeside(browser) {
+  const { address, child } = await serve(stereogrid, "live", "scene:street?frames=30", "--loop", "--beside", "paper", "--listen", ":0");
+  const { page, faults } = await opened(browser, address);
+  await page.waitForFunction(() => document.querySelectorAll("#grids canvas").length === 2);
+  assert.deepStrictEqual(await page.locator("figcaption button").allTextContents(), ["stereo_grid", "paper"]);
+  await page.waitForTimeout(2000);
+  const [own, other] = await page.locator("#grids canvas").evaluateAll((all) => all.map((canvas) => canvas.toDataURL()));
+  assert.notStrictEqual(own, other);
+  assert.deepStrictEqual(faults, []);
+  await page.close();
+  child.removeAllListeners("exit");
+  child.kill("SIGINT");
+}
+
 /** Ruler, snapshot, clip and keys. */
 async function checkTools(page) {
   const before = (await look(page)).digest;
@@ -353,6 +368,7 @@ async function main() {
   await checkLive(browser);
   await checkExport(browser);
   await checkSideBySide(browser);
+  await checkLiveBeside(browser);
   await browser.close();
   console.log("The page works in Chromium.");
 }
