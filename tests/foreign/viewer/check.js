@@ -38,6 +38,18 @@ function look(page, id = "grid") {
   }, id);
 }
 
+/** What the grid looks like once it has changed and changes no more. */
+async function changedLook(page, before) {
+  let digest = before;
+  for (let i = 0; i < 100; ++i) {
+    const last = digest;
+    await page.waitForTimeout(200);
+    digest = (await look(page)).digest;
+    if (digest !== before && digest === last) break;
+  }
+  return digest;
+}
+
 async function opened(browser, address, options = {}) {
   const page = await browser.newPage({ viewport: { width: 1280, height: 800 }, ...options });
   const faults = [];
@@ -107,10 +119,10 @@ async function checkLayers(page) {
   const values = await page.locator("#layer option").evaluateAll((options) => options.map((option) => option.value));
   assert.deepStrictEqual(values, ["occupancy", "observed", "0_5", "velocity", "moving", "age", "elevation", "terrain", "witness"]);
   const seen = new Set();
+  let digest = null;
   for (const value of values) {
     await page.locator("#layer").selectOption(value);
-    await page.waitForTimeout(500);
-    seen.add((await look(page)).digest);
+    seen.add(digest = await changedLook(page, digest));
     await page.locator("#grid").hover({ position: { x: 300, y: 200 } });
     assert.match(await page.textContent("#legend"), value === "witness" ? /nonepassablegroundmemorysource/ : /unknown/);
     assert.match(await page.textContent("#cell"), /m ahead.*: (unknown|occupied|never observed|outside)/);
@@ -129,10 +141,10 @@ async function layersAfter(page, frame) {
   await page.locator("#home").click();
   const values = await page.locator("#layer option").evaluateAll((options) => options.map((option) => option.value));
   const looks = {};
+  let digest = null;
   for (const value of values) {
     await page.locator("#layer").selectOption(value);
-    await page.waitForTimeout(500);
-    looks[value] = (await look(page)).digest;
+    looks[value] = digest = await changedLook(page, digest);
   }
   return looks;
 }
@@ -175,18 +187,18 @@ async function checkSideBySide(browser) {
   const captions = page.locator("figcaption button");
   assert.deepStrictEqual(await captions.allTextContents(), ["run", "paper"]);
   const looks = () => page.locator("#grids canvas").evaluateAll((all) => all.map((canvas) => canvas.toDataURL()));
+  const untilBothDiffer = (before) => until(page,
+    (old) => [...document.querySelectorAll("#grids canvas")].every((canvas, i) => canvas.toDataURL() !== old[i]), before);
   const before = await looks();
   assert.notStrictEqual(before[0], before[1]);
   await page.locator("#grid").focus();
   await page.keyboard.press("+");
-  await page.waitForTimeout(300);
-  (await looks()).forEach((one, i) => assert.notStrictEqual(one, before[i], "both are zoomed"));
+  await untilBothDiffer(before);
   await page.keyboard.press("0");
   await page.locator("#grid-title").click();
   await page.keyboard.press("ArrowRight");
   await atFrame(page, 18);
-  await page.waitForTimeout(500);
-  (await looks()).forEach((one, i) => assert.notStrictEqual(one, before[i], "both are a frame on"));
+  await untilBothDiffer(before);
   const table = await page.textContent("#obstacles tbody");
   await captions.nth(1).click();
   assert.strictEqual(await captions.nth(1).getAttribute("aria-pressed"), "true");
@@ -202,11 +214,9 @@ async function checkSideBySide(browser) {
 async function checkLiveBeside(browser) {
   const { address, child } = await serve(stereogrid, "live", "scene:street?frames=30", "--loop", "--beside", "paper", "--listen", ":0");
   const { page, faults } = await opened(browser, address);
-  await page.waitForFunction(() => document.querySelectorAll("#grids canvas").length === 2);
+  await until(page, () => document.querySelectorAll("#grids canvas").length === 2);
   assert.deepStrictEqual(await page.locator("figcaption button").allTextContents(), ["stereo_grid", "paper"]);
-  await page.waitForTimeout(2000);
-  const [own, other] = await page.locator("#grids canvas").evaluateAll((all) => all.map((canvas) => canvas.toDataURL()));
-  assert.notStrictEqual(own, other);
+  await until(page, () => new Set([...document.querySelectorAll("#grids canvas")].map((canvas) => canvas.toDataURL())).size === 2);
   assert.deepStrictEqual(faults, []);
   await page.close();
   child.removeAllListeners("exit");
