@@ -31,11 +31,10 @@ function simulated(scene, name) {
 
 /** The tool's messages of a pair, decoded, by topic; and the readers. */
 async function toolMessages({ left, right, calibration }, options) {
-  rmSync(`${folder}/run`, { recursive: true, force: true });
+  for (const old of ["run", "run.mcap"]) rmSync(`${folder}/${old}`, { recursive: true, force: true });
   tool("run", left, right, "--calibration", calibration, "--poses", "none", "--set", "tracking.confirm_frames=1",
     "--out", `${folder}/run`, "--mcap", `${folder}/run.mcap`, ...options);
   const bytes = readFileSync(`${folder}/run.mcap`);
-  rmSync(`${folder}/run.mcap`);
   const mcap = await McapIndexedReader.Initialize({
     readable: {
       size: async () => BigInt(bytes.byteLength),
