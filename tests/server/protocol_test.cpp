@@ -130,6 +130,22 @@ TEST(Protocol, ALatchedChannelSendsItsLastMessageToWhoComesLater) {
   }
 }
 
+TEST(Protocol, AMessageJustBehindItsChannelIsNotLost) {
+  Server server{options()};
+  std::vector<ChannelId> channels;
+  for (int i{0}; i < 100; ++i) {
+    Channel channel{grid_channel("/map" + std::to_string(i))};
+    channel.latched = true;
+    channels.push_back(server.add_channel(channel));
+    send(server, channels.back(), 1, std::to_string(i));
+  }
+  Client client{server.port()};
+  for (std::size_t i{0}; i < channels.size(); ++i) {
+    client.send({{"op", "subscribe"}, {"subscriptions", {{{"id", i}, {"channelId", channels[i]}}}}});
+    EXPECT_EQ(data_of(client.expect_binary()).payload, std::to_string(i));
+  }
+}
+
 TEST(Protocol, TimeAndStatus) {
   ServerOptions given{options()};
   given.sends_time = true;

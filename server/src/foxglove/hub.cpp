@@ -27,6 +27,7 @@ void Hub::add_channel(ChannelId id, Channel channel) {
   const Stream& stream{streams_.emplace(id, Stream{std::move(channel), {}, nullptr}).first->second};
   for (auto& [client_id, client] : clients_) send_control(client, advertise({{id, &stream.channel}}));
   graph_changed();
+  if (const auto early{early_.extract(id)}) publish(early.mapped());
 }
 
 void Hub::remove_channel(ChannelId id) {
@@ -49,9 +50,13 @@ void Hub::publish_all() {
   while (const SharedMessage message{inbox_.take()}) publish(message);
 }
 
+// The inbox may be emptied between the first message of a channel and the request to add it. Nobody has subscribed yet.
 void Hub::publish(const SharedMessage& message) {
   const auto found{streams_.find(message->channel)};
-  if (found == streams_.end()) return;
+  if (found == streams_.end()) {
+    early_[message->channel] = message;
+    return;
+  }
   Stream& stream{found->second};
   if (stream.channel.latched) stream.last = message;
   for (const ClientId id : stream.subscribers) push(clients_.at(id), message);

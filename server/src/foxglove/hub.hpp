@@ -186,6 +186,7 @@ class Hub {
   Counters& counters_;
   ParameterStore parameters_;
   std::map<ChannelId, Stream> streams_;
+  std::map<ChannelId, SharedMessage> early_;  ///< last messages of channels that are still to be added
   std::map<ClientId, Client> clients_;
   ClientId last_client_{0};
 };
