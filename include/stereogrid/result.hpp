@@ -117,8 +117,8 @@ struct FrameResult {
   Image<CellWitness> witness;      ///< evidence of free cells; empty: ground.model plane
   Image<float> world_elevation_m;  ///< m above `ground` over all frames, in the cells of `world.geometry`, NaN = never
                                    ///< seen; empty: ground.model plane
-  Image<float> world_elevation_sigma_m;  ///< standard deviation, NaN = never seen
-  Image<TerrainClass> world_terrain;     ///< obstacles and drops of all frames, and ground with a witness
+  Image<float> world_elevation_sigma_m;                             ///< standard deviation, NaN = never seen
+  Image<TerrainClass> world_terrain;                                ///< drops and obstacles of all frames, free ground
   double speed_limit_mps{std::numeric_limits<double>::infinity()};  ///< a faster vehicle cannot stop within the range
                                                                     ///< of hazards (docs/terrain.md)
   SpeedReason speed_limit_reason{SpeedReason::none};

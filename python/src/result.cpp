@@ -158,8 +158,8 @@ void bind_grids(nb::class_<Result>& result) {
       "Standard deviation of that elevation; NaN = never seen.");
   result.def_prop_ro(
       "world_terrain", [](nb::handle self) { return bytes_of(data_of(self).world_terrain, self); },
-      "Class of the ground over time, in the cells of `world`: obstacles and drops of all frames, and ground with a "
-      "witness. None: ground.model is plane.");
+      "Class of the ground over time, in the cells of `world`: drops and obstacles of all frames, free ground. None: "
+      "ground.model is plane.");
   result.def_prop_ro(
       "world", [](const Result& self) -> const GridLayers& { return self.data.world; },
       nb::rv_policy::reference_internal, "The filtered grid in the world frame; its origin moves in whole cells.");

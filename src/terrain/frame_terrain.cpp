@@ -264,18 +264,23 @@ void FrameTerrain::see_ground() {
   low_obstacles_.for_high([&](int x, int y) { witness_.drop(y, x, x + 1); });
 }
 
+// Cells below ½ have a witness.
 void FrameTerrain::remember_elevation(bool is_usable, FrameResult& result) {
   if (is_usable) elevation_.add();
   elevation_.write(result.world_elevation_m, result.world_elevation_sigma_m);
   for (int iy{0}; iy < held_.height(); ++iy) {
     TerrainClass* const classes{result.world_terrain.row(iy)};
-    witness_.classify(iy, classes);
+    std::transform(result.world.occupancy.row(iy), result.world.occupancy.row(iy) + held_.width(), classes,
+                   [](float p) {
+                     return p >= ruled_obstacle ? TerrainClass::obstacle
+                            : p < 0.5f          ? TerrainClass::drivable
+                                                : TerrainClass::unknown;
+                   });
     for_cells(held_.row(iy), held_.width(), [&](int begin, int end, CellRule rule) {
       if (rule == CellRule::as_observed) return;
       std::fill(classes + begin, classes + end, rule == CellRule::edge ? TerrainClass::drop : TerrainClass::obstacle);
     });
   }
-  low_obstacles_.for_obstacles([&](int x, int y) { result.world_terrain(x, y) = TerrainClass::obstacle; });
 }
 
 void FrameTerrain::see_claims(const std::function<bool(Point2)>& claims_free) {

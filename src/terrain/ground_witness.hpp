@@ -7,7 +7,6 @@
 
 #include "geometry/window.hpp"
 #include "memory_bytes.hpp"
-#include "stereogrid/grid.hpp"
 #include "stereogrid/image.hpp"
 
 namespace stereogrid {
@@ -36,12 +35,6 @@ class GroundWitness {
   /// Cells outside the window have never been seen.
   [[nodiscard]] bool has(int ix, int iy) const {
     return ix >= 0 && iy >= 0 && ix < left_s_.width() && iy < left_s_.height() && left_s_(ix, iy) > 0;
-  }
-  /// Sets the classes of a row: ground with a witness.
-  void classify(int iy, TerrainClass* classes) const {
-    const float* const left_s{left_s_.row(iy)};
-    for (int i{0}; i < left_s_.width(); ++i)
-      classes[i] = left_s[i] > 0 ? TerrainClass::drivable : TerrainClass::unknown;
   }
   /// Raises the cells of a row without a witness to ½.
   void bound(int iy, float* occupancy) const {

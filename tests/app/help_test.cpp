@@ -194,6 +194,8 @@ TEST_F(Config, TakesAFileAndThenSettings) {
 
 TEST_F(Config, PrintsAFileThatItReads) {
   const std::string file{folder / "robot.yaml"};
+  EXPECT_THAT(errors_of(64, {"config", "--set", "tracking.confirm_frames=51", "--yaml"}),
+              HasSubstr("tracking.confirm_frames"));
   const std::string yaml{run_well({"config", "--preset", "robot", "--set", "grid.width_m=7", "--yaml"}).output};
   EXPECT_THAT(yaml, HasSubstr("width_m: 7"));
   std::ofstream{file} << yaml;

@@ -89,6 +89,10 @@ CommandText text_of(const CLI::App& app) {
   return text;
 }
 
+bool is_input(const std::string& word) {
+  return word.find_first_of("/.:") != std::string::npos || io::is_there(word);
+}
+
 /// Reason why the command line cannot be parsed. Unknown words come first: a misspelt option is not missing, too.
 std::string usage_problem(const CLI::App& program, const CLI::ParseError& error) {
   const auto commands{program.get_subcommands()};
@@ -101,16 +105,12 @@ std::string usage_problem(const CLI::App& program, const CLI::ParseError& error)
   for (const CLI::Option* greedy :
        used.get_options([](const CLI::Option* one) { return one->get_expected_min() == 0; })) {
     if (greedy->get_items_expected_max() == 0 || greedy->empty() ||
-        greedy->results().front() == greedy->get_default_str())
+        greedy->results().front() == greedy->get_default_str() || !is_input(greedy->results().front()))
       continue;
     problem +=
         fmt::format("; {} took '{}': give INPUT first", greedy->get_name(), printable(greedy->results().front()));
   }
   return fmt::format("{}\n'{} --help' lists all options.", problem, text_of(used).name);
-}
-
-bool is_input(const std::string& word) {
-  return word.find_first_of("/.:") != std::string::npos || io::is_there(word);
 }
 
 /// Words of the command line, last first, as CLI11 takes them. An option with a choice of values that may be left out

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <memory>
 #include <string>
@@ -9,6 +10,7 @@
 #include "cli/console.hpp"
 #include "cli/program.hpp"
 #include "stereogrid/config.hpp"
+#include "stereogrid/error.hpp"
 #include "stereogrid/io/config_file.hpp"
 
 namespace stereogrid::app {
@@ -87,6 +89,8 @@ void add_config_command(Command tool) {
   command.callback([options] {
     if (options->markdown) return print_markdown();
     const Config config{config_from(options->config)};
+    if (const auto found{problems(config)}; !found.empty())
+      throw ConfigError{fmt::format("{}", fmt::join(found, "\n"))};
     if (options->json) {
       print("{}\n", io::to_json(config, 2));
     } else if (options->yaml) {

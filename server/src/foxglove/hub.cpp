@@ -50,7 +50,7 @@ void Hub::publish_all() {
   while (const SharedMessage message{inbox_.take()}) publish(message);
 }
 
-// The inbox may be emptied between the first message of a channel and the request to add it. Nobody has subscribed yet.
+// The inbox may be emptied between the first message of a channel and the request to add it. It has no subscribers yet.
 void Hub::publish(const SharedMessage& message) {
   const auto found{streams_.find(message->channel)};
   if (found == streams_.end()) {
