@@ -193,8 +193,7 @@ std::string fault_of_range(const StereoFrame& frame, const TallyContext& context
   const double focal_baseline{rig.focal_px * rig.baseline_m};
   return fmt::format(
       "the scene is nearer than the search range: points match up to {:.0f} px, but matching.disparities is {} ({:.2f} "
-      "m). "
-      "Set matching.disparities to {:.0f}.",
+      "m). Set matching.disparities to {:.0f}.",
       *nearest_px, disparities, focal_baseline / (disparities - 1), 32 * std::ceil((*nearest_px + 1) / 32));
 }
 
@@ -237,8 +236,7 @@ std::optional<std::string> fault_if_upside_down(const StereoFrame& frame, const 
   }
   if (!is_found) return std::nullopt;
   return "the images are upside down: the road is above. Add 'rotate: 180' to calibration.yaml (one with 'from: FILE' "
-         "where "
-         "another tool has written the calibration).";
+         "where another tool has written the calibration).";
 }
 
 std::optional<std::string> fault_of_residual(const StereoFrame& frame) {
@@ -247,16 +245,15 @@ std::optional<std::string> fault_of_residual(const StereoFrame& frame) {
   if (!residual_px || *residual_px <= largest_px) return std::nullopt;
   return fmt::format(
       "vertical misalignment: matched corners of both images lie on rows that differ by {:.1f} px (median). The pair "
-      "is "
-      "not rectified, or not with its own calibration.",
+      "is not rectified, or not with its own calibration.",
       *residual_px);
 }
 
 std::optional<std::string> fault_of_shift(const StereoFrame& frame, const TallyContext& context) {
   const auto problem{io::finding_if_shifted(frame, context.source_rig)};
   if (!problem) return std::nullopt;
-  if (std::string late{fault_of_time(context, frame)}; !late.empty()) return late;  // motion shifts the images
   if (const auto other{fault_if_upside_down(frame, context)}) return other;
+  if (std::string late{fault_of_time(context, frame)}; !late.empty()) return late;  // motion shifts the images
   const auto misaligned{fault_of_residual(frame)};
   return misaligned ? misaligned : problem;
 }
