@@ -64,26 +64,6 @@ struct LiveOptions {
 /// DeviceError; InputError: no pair of cameras. Sets the options in `ros2` that follow from the poses.
 [[nodiscard]] LiveInput open_ros2_input(const InputOptions& options, FusedSource fused, Ros2Options& ros2);
 
-/// systemd, where it has started this program as a service of Type=notify (sd_notify(3): the socket that NOTIFY_SOCKET
-/// names). Without one nothing happens.
-class ServiceManager {
- public:
-  ServiceManager();
-  ServiceManager(const ServiceManager&) = delete;
-  ServiceManager& operator=(const ServiceManager&) = delete;
-  ~ServiceManager();
-
-  void notify_ready();
-  /// Sends the watchdog notification, at most once a second; call it more often.
-  void notify_alive();
-
- private:
-  void send(const std::string& words) const;
-
-  int socket_{-1};
-  std::chrono::steady_clock::time_point reported_{};
-};
-
 /// Frames of a live source with their poses, which are found on a thread of its own: a frame's while the pipeline works
 /// on the one before. Never more than one waits. All functions are for one thread.
 class PlacedFrames {
