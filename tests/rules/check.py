@@ -153,6 +153,19 @@ def not_exported(lines: list[str]) -> list[int]:
     return found
 
 
+def uncommented(lines: list[str]) -> list[int]:
+    """Numbers of the lines that export a name without a comment above; overloads on successive lines share one."""
+    numbers = []
+    for number, line in enumerate(lines, start=1):
+        name = re.match(r"(?:\[\[nodiscard\]\] |class |struct )*STEREOGRID_EXPORT (?:.*?(\w+)\(|\w+)", line)
+        above = number - 2
+        while name and above >= 0 and (re.match(r"(template|requires)\b", lines[above]) or f" {name[1] or '?'}(" in lines[above]):
+            above -= 1
+        if name and (above < 0 or not lines[above].startswith("///")):
+            numbers.append(number)
+    return numbers
+
+
 FRAME = "src/pipeline/frame_pipeline.cpp"
 NO_STAGE = {"process", "grids_of", "read", "matched", "both", "held", "clear", "reset"}  # they have no box in the figure
 
@@ -189,6 +202,7 @@ def violations(root: Path, names: list[str]) -> list[str]:
         if PUBLIC_HEADER.fullmatch(name):
             found += [f"{name}:{number}: a shared library hides it; STEREOGRID_EXPORT is missing (export.hpp)"
                       for number in not_exported(lines)]
+            found += [f"{name}:{number}: an exported name without a comment" for number in uncommented(lines)]
         for number, line in enumerate(lines, start=1):
             if MACHINE_PATH.search(line):
                 found.append(f"{name}:{number}: a path of somebody's machine: {line.strip()}")

@@ -67,17 +67,19 @@ class Rules(unittest.TestCase):
         self.assert_allowed("io/src/input/new.cpp", '"files/file.hpp"')
         self.assert_forbidden("io/src/files/new.cpp", '"input/layout/layout.hpp"')
 
-    def test_what_public_headers_declare_is_exported(self):
+    def test_what_public_headers_declare_is_exported_with_a_comment(self):
         for header in ("include/stereogrid/new.hpp", "io/include/stereogrid/io/new.hpp"):
             for text in ("void set(int value);", "[[nodiscard]] std::string get(int key,\n                  int other);",
                          "class Pipeline {\n};", "class Recording final : public FrameSource {\n};"):
                 self.assertEqual(len(self.found(header, text + "\n")), 1, text)
-            for text in ("STEREOGRID_EXPORT void set(int value);", "[[nodiscard]] STEREOGRID_EXPORT int get();",
-                         "class STEREOGRID_EXPORT Pipeline {\n  void process();\n};", "template <class T>\nclass Image {\n};",
+            for text in ("/// A.\nSTEREOGRID_EXPORT void set(int value);\nSTEREOGRID_EXPORT void set();",
+                         "/// A.\nclass STEREOGRID_EXPORT Pipeline {\n  void process();\n};", "template <class T>\nclass Image {\n};",
                          "template <class T>\nvoid visit(T& value);", "struct Rig {\n  int width() const;\n};",
                          "[[nodiscard]] inline Pose2 inverse(Pose2 pose) {\n}", "constexpr int names_of(int) {\n}",
                          "class Later;", "using Call = std::function<void(int)>;"):
                 self.assertEqual(self.found(header, text + "\n"), [], text)
+            for text in ("STEREOGRID_EXPORT void set();", "/// A.\nstruct A {};\n[[nodiscard]] STEREOGRID_EXPORT int get();"):
+                self.assertEqual(len(self.found(header, text + "\n")), 1, text)
         self.assertEqual(self.found("src/filter/filter.hpp", "void filter();\n"), [])
 
     def test_the_tool_speaks_through_its_console(self):

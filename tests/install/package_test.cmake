@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 #
-# Shared parts of the scripts. Each is called with -D SETTINGS=… -D WORK=… -D AGAIN=… -D CUDA_LIBRARY=… -P SCRIPT; it
-# works in WORK, and builds the core again in AGAIN.
+# The package as users meet it: cmake -D CASE=… -D SETTINGS=… -D WORK=… -D AGAIN=… -D CUDA_LIBRARY=… -P package_test.cmake. It works in
+# WORK, and builds the core again in AGAIN.
+cmake_minimum_required(VERSION 3.22)
 include(${SETTINGS})
 
 function(run)
@@ -90,3 +91,67 @@ function(consume_by_pkg_config)
     endif()
   endforeach()
 endfunction()
+
+function(install_only build programs)
+  run(${CMAKE_COMMAND} --install ${build} --prefix ${build}/installed)
+  file(GLOB_RECURSE files RELATIVE ${build}/installed ${build}/installed/*)
+  if(NOT files STREQUAL programs)
+    message(FATAL_ERROR "the parent's install should have ${programs} alone: ${files}")
+  endif()
+endfunction()
+
+file(REMOVE_RECURSE ${WORK} ${AGAIN})
+if(CASE STREQUAL "consumer") # All that this build installs, used by programs of its own, as users would.
+  install_and_move(${BUILD})
+  consume(core io messages mcap server capture scenes evaluation)
+  consume_by_pkg_config(core io messages mcap server capture scenes evaluation)
+  run(${prefix}/bin/stereogrid --version)
+elseif(CASE STREQUAL "shared") # Core, io and messages, without the tool, as shared libraries: who links them, and what the core shows.
+  run(${CMAKE_COMMAND} -S ${SOURCE} -B ${AGAIN} ${GENERATE} ${COMPILE} -D BUILD_SHARED_LIBS=ON
+      -D STEREOGRID_TOOL=OFF -D STEREOGRID_IO=ON -D STEREOGRID_CONNECTED=ON -D STEREOGRID_TESTS=OFF)
+  run(${CMAKE_COMMAND} --build ${AGAIN})
+  install_and_move(${AGAIN})
+
+  file(GLOB_RECURSE library ${prefix}/*/libstereogrid.so)
+  if(NOT library)
+    message(FATAL_ERROR "BUILD_SHARED_LIBS=ON installed no libstereogrid.so")
+  endif()
+  run(${PYTHON} ${CMAKE_CURRENT_LIST_DIR}/symbols.py library ${NM} ${library} ${prefix}/include)
+
+  # programs look for the name with the minor version: before 1.0 another one may break them
+  file(STRINGS ${SOURCE}/CMakeLists.txt version REGEX "^project\\(stereogrid VERSION")
+  string(REGEX REPLACE ".*VERSION ([0-9]+\\.[0-9]+)\\..*" "\\1" minor "${version}")
+  execute_process(COMMAND readelf -d ${library} OUTPUT_VARIABLE text COMMAND_ERROR_IS_FATAL ANY)
+  if(NOT text MATCHES "SONAME[^\n]*\\[libstereogrid.so.${minor}\\]" OR NOT EXISTS ${library}.${minor})
+    message(FATAL_ERROR "the shared library's name is not libstereogrid.so.${minor}:\n${text}")
+  endif()
+
+  # nothing but the libraries is needed
+  set(options -D CMAKE_DISABLE_FIND_PACKAGE_TBB=ON -D CMAKE_DISABLE_FIND_PACKAGE_OpenCV=ON
+              -D CMAKE_DISABLE_FIND_PACKAGE_PkgConfig=ON)
+  consume(core io messages)
+  consume_by_pkg_config(core io messages)
+elseif(CASE STREQUAL "subproject") # The core as a subproject.
+  set(parent ${CMAKE_CURRENT_LIST_DIR}/subproject)
+
+  # a parent that sets nothing, and uses no target: nothing is set for it, nothing built
+  run(${CMAKE_COMMAND} -S ${parent} -B ${WORK}/bystander ${GENERATOR} -D CMAKE_CXX_COMPILER=${CXX}
+      -D STEREOGRID_SOURCE=${SOURCE} -D USED=OFF)
+  run(${CMAKE_COMMAND} --build ${WORK}/bystander)
+  file(GLOB_RECURSE built ${WORK}/bystander/*.o ${WORK}/bystander/*.a)
+  list(FILTER built EXCLUDE REGEX "/CMakeFiles/[0-9.]+/|/parent.dir/")
+  if(built)
+    message(FATAL_ERROR "EXCLUDE_FROM_ALL, yet built: ${built}")
+  endif()
+  install_only(${WORK}/bystander bin/parent)
+
+  # not built: what the linker gets is known before
+  run(${CMAKE_COMMAND} -S ${parent} -B ${WORK}/sanitized ${GENERATE} -D CMAKE_CXX_COMPILER=${CXX}
+      -D STEREOGRID_SOURCE=${SOURCE} -D USED=ON -D STEREOGRID_SANITIZE=address)
+
+  run(${CMAKE_COMMAND} -S ${parent} -B ${AGAIN} ${GENERATE} ${COMPILE} -D STEREOGRID_SOURCE=${SOURCE} -D USED=ON
+      -D SETTINGS=${SETTINGS})
+  run(${CMAKE_COMMAND} --build ${AGAIN})
+  run(${AGAIN}/parent)
+  install_only(${AGAIN} bin/parent)
+endif()
