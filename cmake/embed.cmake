@@ -21,5 +21,11 @@ function(stereogrid_embed folder function output)
     string(APPEND STEREOGRID_EMBEDDED
            "    {\"/${path}\", \"${${type}}; charset=utf-8\", R\"~embedded~(${text})~embedded~\"},\n")
   endforeach()
-  configure_file(${PROJECT_SOURCE_DIR}/cmake/embedded.cpp.in ${output} @ONLY)
+  file(CONFIGURE OUTPUT ${output} CONTENT [[#include "connect/page.hpp"
+std::vector<stereogrid::server::Asset> stereogrid::app::@function@() {
+  return {
+@STEREOGRID_EMBEDDED@
+  };
+}
+]] @ONLY)
 endfunction()

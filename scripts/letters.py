@@ -19,7 +19,7 @@ PIECES = 3  # straight lines to a curve
 
 HEAD = """// SPDX-License-Identifier: Apache-2.0
 // Written by scripts/letters.py.
-#include "pictures/letters.hpp"
+#include "pictures/canvas.hpp"
 
 namespace stereogrid::app {{
 

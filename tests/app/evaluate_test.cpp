@@ -126,7 +126,7 @@ TEST_F(Evaluate, WritesAReportThatNeedsNothingElse) {
     EXPECT_THAT(page, HasSubstr(part));
   }
   for (const char* part :
-       {"http", "src=", "href=", "@DATA@", "@STYLE@", "@SCRIPT@", "import ", "a</script>", "<!--<script>"}) {
+       {"http", "src=", "href=", "@DATA@", "@THEME@", "@SCRIPT@", "import ", "a</script>", "<!--<script>"}) {
     EXPECT_THAT(page, Not(HasSubstr(part)));
   }
   const std::string begin{"type=\"application/json\">"};

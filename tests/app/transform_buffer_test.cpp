@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ros2/pose_buffer.hpp"
-
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -8,6 +6,7 @@
 #include <numbers>
 #include <thread>
 
+#include "ros2/ros2_source.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/rosbag/transforms.hpp"
 

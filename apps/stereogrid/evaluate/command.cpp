@@ -33,10 +33,9 @@ void write_report(const std::filesystem::path& path, const nlohmann::ordered_jso
   const auto viewer{viewer_assets()};
   const auto report{report_assets()};
   std::string page{text_of(report, "/page.html")};
-  replace_all(page, "@STYLE@", text_of(viewer, "/theme.css") + text_of(report, "/page.css"));
+  replace_all(page, "@THEME@", text_of(viewer, "/theme.css"));
   // one module, so that it needs no imports
-  replace_all(page, "@SCRIPT@",
-              text_of(viewer, "/plot.js") + text_of(report, "/charts.js") + text_of(report, "/page.js"));
+  replace_all(page, "@SCRIPT@", text_of(viewer, "/plot.js") + text_of(report, "/page.js"));
   replace_all(page, "@DATA@", data);
   io::write_file(path, page);
 }

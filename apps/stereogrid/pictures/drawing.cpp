@@ -10,8 +10,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "pictures/letters.hpp"
-
 namespace stereogrid::app {
 
 Colour theme_colour(std::string_view name) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pictures/letters.hpp"
+#include "pictures/canvas.hpp"
 
 #include <algorithm>
 #include <charconv>

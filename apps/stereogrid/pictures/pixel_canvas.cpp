@@ -4,7 +4,6 @@
 #include <opencv2/imgproc.hpp>
 
 #include "pictures/canvas.hpp"
-#include "pictures/letters.hpp"
 
 namespace stereogrid::app {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Written by scripts/letters.py.
-#include "pictures/letters.hpp"
+#include "pictures/canvas.hpp"
 
 namespace stereogrid::app {
 

@@ -4,7 +4,6 @@
 #include <array>
 
 #include "pictures/canvas.hpp"
-#include "pictures/letters.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::app {

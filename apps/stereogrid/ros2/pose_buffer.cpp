@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ros2/pose_buffer.hpp"
+#include "ros2/ros2_source.hpp"
 
 #include <algorithm>
 #include <array>

@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "live/live.hpp"
-#include "ros2/pose_buffer.hpp"
 #include "ros2/ros2_source.hpp"
 #include "stereogrid/dds/node.hpp"
 #include "stereogrid/error.hpp"

@@ -9,7 +9,6 @@
 #include <limits>
 #include <utility>
 
-#include "ros2/pose_buffer.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/ros_image.hpp"
 #include "stereogrid/io/text.hpp"
