@@ -3,12 +3,31 @@
 # With STEREOGRID_CUDA: the language CUDA and its settings. nvcc is looked for in PATH, then where NVIDIA's packages put
 # it.
 
+# Default CUDA architectures: machine code for each GPU that the compiler supports, and PTX of the last for later ones.
+# `version`: of nvcc; "": unknown.
+function(stereogrid_cuda_architectures processor version result)
+  if(processor MATCHES "aarch64|arm64")
+    if(version VERSION_LESS 13)
+      set(architectures 87-real 90) # JetPack 6: Orin
+    else()
+      set(architectures 87-real 110-real 121)
+    endif()
+  elseif(version VERSION_LESS 12.8)
+    set(architectures 75-real 80-real 86-real 89-real 90)
+  else()
+    set(architectures 75-real 80-real 86-real 89-real 90-real 120)
+  endif()
+  set(${result} ${architectures} PARENT_SCOPE)
+endfunction()
+
+if(NOT STEREOGRID_CUDA)
+  return()
+endif()
 if(NOT CMAKE_CUDA_COMPILER AND NOT DEFINED ENV{CUDACXX})
   find_program(STEREOGRID_NVCC nvcc PATHS /usr/local/cuda/bin REQUIRED)
   set(CMAKE_CUDA_COMPILER ${STEREOGRID_NVCC})
 endif()
 if(NOT CMAKE_CUDA_ARCHITECTURES AND NOT DEFINED ENV{CUDAARCHS})
-  include(${CMAKE_CURRENT_LIST_DIR}/cuda_architectures.cmake)
   set(nvcc ${CMAKE_CUDA_COMPILER})
   if(NOT nvcc)
     set(nvcc $ENV{CUDACXX})

@@ -10,7 +10,12 @@ set(same_version "(= ${PROJECT_VERSION})")
 # DEPENDS is beside the libraries that its programs link.
 macro(stereogrid_debian component package section depends text)
   set(documents ${PROJECT_BINARY_DIR}/debian)
-  configure_file(${PROJECT_SOURCE_DIR}/packaging/changelog.in ${documents}/changelog @ONLY)
+  file(WRITE ${documents}/changelog "stereogrid (${PROJECT_VERSION}) unstable; urgency=medium
+
+  * CHANGELOG.md of the sources lists the changes.
+
+ -- The stereogrid authors <stereogrid@example.org>  ${STEREOGRID_DATE}
+")
   execute_process(COMMAND gzip -9nf ${documents}/changelog COMMAND_ERROR_IS_FATAL ANY)
   install(FILES ${documents}/changelog.gz ${PROJECT_SOURCE_DIR}/packaging/copyright
           DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${package} COMPONENT ${component})

@@ -33,7 +33,7 @@ if(changed STREQUAL copy OR renamed STREQUAL changed)
 endif()
 
 # architectures that each nvcc supports: 10.0 to 12.1 need 12.8, the numbers of Thor and Spark 13
-include(${SOURCE}/cmake/cuda_architectures.cmake)
+include(${SOURCE}/cmake/cuda.cmake)
 foreach(expected IN ITEMS "x86_64 12.4 75-real|80-real|86-real|89-real|90" "x86_64 13.2 75-real|80-real|86-real|89-real|90-real|120"
                           "aarch64 12.6 87-real|90" "aarch64 13.0 87-real|110-real|121" "arm64 12.2 87-real|90")
   string(REPLACE " " ";" parts "${expected}")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Config, presets, rigs and errors."""
+"""Config, presets, rigs, errors and the names of the package."""
 
 from __future__ import annotations
 
@@ -132,3 +132,14 @@ def test_errors() -> None:
     assert issubclass(sg.DeviceError, sg.Error) and issubclass(sg.DeviceError, OSError)
     with pytest.raises(sg.InputError, match="nowhere"):
         sg.open("nowhere")
+
+
+def test_stubs_name_every_public_class_and_function() -> None:
+    package = Path(sg.__file__).parent
+    assert (package / "py.typed").exists()
+    stub = (package / "_core.pyi").read_text()
+    for name in sg.__all__:
+        assert (
+            name in ("evaluate", "run") or f"class {name}" in stub or f"def {name}(" in stub or f"\n{name}" in stub
+        ), name
+    assert "object" not in stub.split("class Pipeline")[1].split("class ")[0]

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The programs and notebooks of examples/python/ and the snippets of docs/python.md, as a user would call them."""
+"""The programs and notebooks of examples/python/ and the snippets of docs/python.md, as a user would call them; types
+and style."""
 
 from __future__ import annotations
 
@@ -17,7 +18,7 @@ import stereogrid as sg
 
 EXAMPLES = ROOT / "examples/python"
 PAGE = ROOT / "docs/python.md"
-pytestmark = pytest.mark.skipif(not EXAMPLES.exists(), reason="no examples here")
+pytestmark = pytest.mark.skipif(not EXAMPLES.exists(), reason="no sources here")
 
 
 def call(name: str, *arguments: str | Path) -> str:
@@ -85,3 +86,27 @@ def test_snippets(drive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         exec(compile(snippet, str(PAGE), "exec"), names)
     assert (tmp_path / "frame.png").stat().st_size > 10_000
     assert (tmp_path / "run/run.json").exists() and (tmp_path / "street/truth").is_dir()
+
+
+def check(*command: str | Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", *map(str, command)], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_mypy() -> None:
+    pytest.importorskip("mypy")
+    check("mypy", "--strict", "-p", "stereogrid")
+
+
+def test_mypy_of_tests_and_examples() -> None:
+    pytest.importorskip("mypy")
+    for file in sorted((ROOT / "examples/python").glob("*.py")):
+        check("mypy", file)
+
+
+def test_ruff() -> None:
+    pytest.importorskip("ruff")
+    check("ruff", "check", ".")
+    check("ruff", "format", "--check", ".")
