@@ -111,7 +111,7 @@ def encode(source: list[str], name: str, options: str) -> None:
 def render_figures() -> None:
     """Figures of runs, animated if they have several frames; grids of this library and of other methods behind an obstacle."""
     programs = ROOT / "build" / "release" / "bin"
-    still, moving = "-vf scale=1200:-2:flags=area -quality 60", "-vf fps=5,scale=960:-2:flags=area -c:v libwebp_anim -loop 0 -quality 30"
+    still, moving = "-vf scale=1200:-2:flags=area -quality 30", "-vf fps=5,scale=960:-2:flags=area -c:v libwebp_anim -loop 0 -quality 20"
     with tempfile.TemporaryDirectory() as folder:
         for name, (arguments, first, frames) in FIGURES.items():
             subprocess.run([programs / "stereogrid", "run", *arguments, "--out", f"{folder}/{name}", "--pictures", "-q"], check=True)
@@ -119,7 +119,7 @@ def render_figures() -> None:
                    f"{moving if frames > 1 else still} -frames:v {(frames + 1) // 2} -compression_level 6")
         subprocess.run([ROOT / "research" / "compare.py", programs, "scene:occlusion?frames=8&width=1242&height=375", "--frames=0:6", "--figure",
                         f"{folder}/hidden.png", "--only", "observed,nearest_obstacle,free_space,ray_casting"], check=True)
-        encode(["-i", f"{folder}/hidden.png"], "hidden", "-vf scale=1100:-1:flags=area -quality 70")
+        encode(["-i", f"{folder}/hidden.png"], "hidden", "-vf scale=1100:-1:flags=area -quality 30")
 
 
 def render_screens() -> None:
@@ -135,7 +135,7 @@ def render_screens() -> None:
                                 "--virtual-time-budget=6000", f"--screenshot={screen}", f"{page}#frame=14"], check=True,
                                stderr=subprocess.DEVNULL)
                 view.terminate()
-            encode(["-i", screen], name, "-vf scale=1100:-1:flags=area -quality 70")
+            encode(["-i", screen], name, "-vf scale=1100:-1:flags=area -quality 30")
 
 
 def main() -> int:
