@@ -36,17 +36,19 @@ function(stereogrid_public_library target name)
   endif()
 endfunction()
 
-# stereogrid_library(NAME [FILE…]): stereogrid_NAME of the files in src/, with the headers in include/. FILEs are compiled
-# alone (stereogrid_unity).
+# stereogrid_library(NAME [FILE…]): stereogrid_NAME of the files in NAME/src/, with the headers in NAME/include/. FILEs of
+# the folder are compiled alone (stereogrid_unity).
 function(stereogrid_library name)
   set(target stereogrid_${name})
-  file(GLOB_RECURSE sources CONFIGURE_DEPENDS src/*.cpp)
+  set(folder ${PROJECT_SOURCE_DIR}/${name})
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${folder}/src/*.cpp)
   add_library(${target} ${sources})
-  stereogrid_unity(${target} ${ARGN})
+  list(TRANSFORM ARGN PREPEND ${folder}/ OUTPUT_VARIABLE alone)
+  stereogrid_unity(${target} ${alone})
   stereogrid_public_library(${target} ${name})
   target_include_directories(
     ${target}
-    PUBLIC $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>
-    PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/src)
+    PUBLIC $<BUILD_INTERFACE:${folder}/include> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>
+    PRIVATE ${folder}/src)
   target_link_libraries(${target} PUBLIC stereogrid PRIVATE $<BUILD_INTERFACE:stereogrid_compiler>)
 endfunction()
