@@ -2,8 +2,7 @@
 import { CameraView } from './camera_view.js';
 import { Connection } from './connection.js';
 import { recordClips, saveSnapshot } from './grid_tools.js';
-import { showLegend, turnLegend } from './legend.js';
-import { legendOf } from './layers.js';
+import { legendOf, showLegend, turnLegend } from './layers.js';
 import { ObstacleTable } from './obstacles.js';
 import { Player, playerParameters } from './player.js';
 import { Recording } from './recording.js';

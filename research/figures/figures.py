@@ -20,7 +20,6 @@ try:
 except ModuleNotFoundError as missing:
     sys.exit(f"Python has no {missing.name}. Install python3-matplotlib and the package (docs/python.md).")
 
-import equations
 import panels
 from run_folder import Fault, Run
 
@@ -51,8 +50,8 @@ def filter_line(run):
 
 def figure_1(config):
     def probability(visibility, share):
-        confidence = equations.obstacle_confidence(share, config["tau_obstacle"])
-        return equations.obstacle_probability(visibility, confidence, config)
+        confidence = panels.obstacle_confidence(share, config["tau_obstacle"])
+        return panels.obstacle_probability(visibility, confidence, config)
 
     figure = sheet("Figure 1. Obstacle probability P(O), eqs. 8 and 13", [
         f"P_FP = {config['false_positive']:g}, P_FN = {config['false_negative']:g}, tau_O = {config['tau_obstacle']:g}. "
@@ -71,20 +70,20 @@ def figure_2(config):
     share = np.linspace(0, 1, 501)
     for factor, colour in ((0.5, "#21918c"), (1, "#440154"), (2, "#c87814")):
         tau = factor * config["tau_obstacle"]
-        curves.plot(share, equations.obstacle_confidence(share, tau), color=colour,
+        curves.plot(share, panels.obstacle_confidence(share, tau), color=colour,
                     label=f"tau_O = {tau:g}{', as set' if factor == 1 else ''}")
     curves.set(title="(a) obstacle confidence, eq. 13", xlabel="r_O = N_O / N_V", ylabel="P(C)", xlim=(0, 1), ylim=(0, 1))
     curves.grid(color="#e1e2e4")
     curves.legend()
 
     def road(observed, around):
-        return equations.road_confidence(observed, around, config)
+        return panels.road_confidence(observed, around, config)
 
     labels = ("obstacle share r_O", "road share r_R", "P(R)")
     panels.contours(figure.add_subplot(222), road, (0, 0.3), (0.5, 1), labels, "(b) road confidence P(R), eq. 15")
     panels.surface(figure.add_subplot(223, projection="3d"), road, (0, 0.3), (0.5, 1), labels,
                    "(c) road confidence P(R) as a surface")
-    panels.contours(figure.add_subplot(224), lambda o, r: equations.occupancy(o, r, config), (0, 1), (0, 1),
+    panels.contours(figure.add_subplot(224), lambda o, r: panels.occupancy(o, r, config), (0, 1), (0, 1),
                     ("P(O)", "P(R)", "P(T)"), "(d) occupancy P(T), eq. 14")
     return figure
 
@@ -93,7 +92,7 @@ def figure_3(run):
     stages, observed = run.stages(), run.grids()["observed"]
     figure = sheet("Figure 3. From the image to the grid", [source_line(run)], 14, 14.5)
     axes = figure.subplots(4, 2, gridspec_kw={"height_ratios": (1.3, 1, 1, 1.8)}).ravel()
-    road = equations.road_counts(stages["road_disparity"], len(stages["u_occupancy"]), run.disparities)
+    road = panels.road_counts(stages["road_disparity"], len(stages["u_occupancy"]), run.disparities)
     panels.camera(axes[0], run.left_image(), "(a) left image")
     panels.counts(axes[1], stages["observed_pixels"], run, "(b) obstacle pixels N_O")
     panels.counts(axes[2], road, run, "(c) road pixels")

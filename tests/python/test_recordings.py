@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Recordings, scenes and their truth."""
+"""Recordings, scenes and their truth; frames made of arrays, recordings of them, slices of recordings."""
 
 from __future__ import annotations
 
 import gc
+import json
 import shutil
 import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -129,3 +131,142 @@ def test_a_run_that_is_none(tmp_path: Path) -> None:
         sg.read_run(tmp_path)
     with pytest.raises(sg.InputError):
         sg.evaluate(tmp_path)
+
+
+def copies(frames: list[sg.Frame]) -> list[sg.Frame]:
+    return [sg.Frame(f.left, f.right, f.stamp_ns, f.pose) for f in frames]
+
+
+def write(folder: Path, recording: sg.Recording) -> Path:
+    pipeline = sg.Pipeline(sg.preset("default"), recording.rig, device="cpu")
+    with sg.RunWriter(folder, recording, pipeline) as run:
+        for frame in run:
+            run.process(frame)
+    return folder
+
+
+def check_same_grids(run: Path, expected: Path) -> None:
+    names = sorted(file.name for file in (expected / "grids").iterdir())
+    assert names and sorted(file.name for file in (run / "grids").iterdir()) == names
+    for name in names:
+        assert (run / "grids" / name).read_bytes() == (expected / "grids" / name).read_bytes(), name
+
+
+def test_a_frame_of_arrays(scene: sg.Recording, frames: list[sg.Frame], pipeline: sg.Pipeline) -> None:
+    original = frames[2]
+    assert original.right is not None
+    frame = sg.Frame(original.left, original.right, 5, (1.0, 2.0, 0.5), index=2)
+    np.testing.assert_array_equal(frame.left, original.left)
+    assert frame.right is not None and frame.disparity is None
+    assert (frame.name, frame.index, frame.stamp_ns, frame.pose) == ("000002", 2, 5, sg.Pose(1, 2, 0.5))
+    assert sg.Frame(original.left, original.right, index=3, name="x").stamp_ns == 300_000_000
+    with pytest.raises(sg.InputError, match="no truth"):
+        frame.truth  # noqa: B018
+    other = sg.Pipeline(sg.preset("default"), scene.rig, device="cpu")
+    for frame, made in zip(frames, copies(frames)):
+        np.testing.assert_array_equal(pipeline.process(frame).occupancy, other.process(made).occupancy)
+
+
+def test_a_frame_keeps_copies() -> None:
+    left = np.zeros((160, 256), np.uint8)
+    frame = sg.Frame(left, left)
+    left[:] = 9
+    assert frame.left.max() == 0 and not frame.left.flags.writeable
+    color = sg.Frame(np.full((4, 6, 3), 7, np.uint8), np.full((4, 6), 7.0), color="rgb")
+    assert color.left.shape == (4, 6) and color.left.max() == 7
+
+
+def test_measured_depths(scene: sg.Recording) -> None:
+    left = np.zeros((160, 256), np.uint8)
+    depth_mm = np.full(left.shape, 4000, np.uint16)
+    frame = sg.Frame(left, depth=depth_mm, rig=scene.rig)
+    expected = scene.rig.focal_px * scene.rig.baseline_m / 4
+    np.testing.assert_allclose(frame.disparity, expected, rtol=1e-6)
+    metres = sg.Frame(left, depth=depth_mm / 1000, rig=scene.rig)
+    np.testing.assert_array_equal(metres.disparity, frame.disparity)
+    external = sg.Frame(left, disparity=np.full(left.shape, expected, np.float32))
+    np.testing.assert_array_equal(external.disparity, frame.disparity)
+
+
+def test_arguments_of_a_frame() -> None:
+    left = np.zeros((160, 256), np.uint8)
+    with pytest.raises(TypeError, match="give right, disparity or depth"):
+        sg.Frame(left)
+    with pytest.raises(TypeError, match="depth without rig"):
+        sg.Frame(left, depth=np.ones(left.shape))
+    with pytest.raises(TypeError, match="disparity: dtype uint16"):
+        sg.Frame(left, disparity=np.ones(left.shape, np.uint16))
+    with pytest.raises(ValueError, match="index: -1"):
+        sg.Frame(left, left, index=-1)
+
+
+def test_a_run_over_frames_in_memory(scene: sg.Recording, frames: list[sg.Frame], tmp_path: Path) -> None:
+    recording = sg.Recording(copies(frames), scene.rig)
+    assert len(recording) == 4 and recording.kind == "arrays" and not recording.has_truth
+    assert [frame.name for frame in recording] == [frame.name for frame in frames]
+    check_same_grids(write(tmp_path / "run", recording), write(tmp_path / "scene", scene))
+    run = sg.read_run(tmp_path / "run")
+    assert [frame.index for frame in run.frames] == [0, 1, 2, 3]
+    facts = json.loads((tmp_path / "run/run.json").read_text())
+    assert facts["input"]["kind"] == "arrays" and facts["frames"]["complete"] and facts["matcher"] == "own"
+    recording.save(tmp_path / "drive")
+    np.testing.assert_array_equal(sg.open(tmp_path / "drive")[3].left, frames[3].left)
+
+
+def test_frames_of_arrays_in_the_run_of_a_recording(
+    scene: sg.Recording, frames: list[sg.Frame], tmp_path: Path
+) -> None:
+    write(tmp_path / "scene", scene)
+    pipeline = sg.Pipeline(sg.preset("default"), scene.rig, device="cpu")
+    with sg.RunWriter(tmp_path / "run", scene, pipeline) as run:
+        for frame in frames:
+            run.process(sg.Frame(frame.left, frame.right, frame.stamp_ns, frame.pose, index=frame.index))
+    check_same_grids(tmp_path / "run", tmp_path / "scene")
+
+
+def test_recordings_of_frames_with_disparities(scene: sg.Recording, frames: list[sg.Frame], tmp_path: Path) -> None:
+    made = [sg.Frame(f.left, stamp_ns=f.stamp_ns, disparity=f.truth.disparity) for f in frames]
+    recording = sg.Recording(made, scene.rig)
+    assert all(frame.pose is None and frame.right is None for frame in recording)
+    write(tmp_path / "run", recording)
+    assert json.loads((tmp_path / "run/run.json").read_text())["matcher"] == "given"
+    with pytest.raises(sg.InputError, match="arrays"):
+        sg.evaluate(tmp_path / "run")
+
+
+def test_odometry_of_frames_in_memory(scene: sg.Recording, frames: list[sg.Frame]) -> None:
+    found = list(sg.Recording(copies(frames), scene.rig, poses="odometry"))
+    assert all(frame.pose is not None for frame in found)
+    assert [frame.pose for frame in found] != [frame.pose for frame in frames]
+    assert all(frame.pose is None for frame in sg.Recording(copies(frames), scene.rig, poses="none"))
+
+
+def test_frames_that_make_no_recording(scene: sg.Recording, frames: list[sg.Frame]) -> None:
+    with pytest.raises(sg.InputError, match="no frames"):
+        sg.Recording([], scene.rig)
+    first = frames[0]
+    with pytest.raises(sg.InputError, match="stamp 0 ns of frame 1 is not after 0 ns"):
+        sg.Recording([sg.Frame(first.left, first.right)] * 2, scene.rig)
+    with pytest.raises(sg.InputError, match="two frames have the name 'a'"):
+        sg.Recording([sg.Frame(first.left, first.right, stamp, name="a") for stamp in (0, 1)], scene.rig)
+    with pytest.raises(sg.ConfigError, match=r"poses 'gps' \(allowed: none, odometry"):
+        sg.Recording(copies(frames), scene.rig, poses="gps")
+
+
+@pytest.mark.parametrize("places", [slice(1, 3), slice(2, None), slice(-1, None), slice(None, -1), slice(None)])
+def test_slices(places: slice, scene: sg.Recording, frames: list[sg.Frame]) -> None:
+    part: Any = scene[places]
+    expected = frames[places]
+    assert isinstance(part, sg.Recording) and len(part) == len(expected)
+    assert [frame.index for frame in part] == [frame.index for frame in expected]
+    np.testing.assert_array_equal(part[-1].left, expected[-1].left)
+
+
+def test_a_slice_of_a_slice_and_its_run(drive: Path, tmp_path: Path) -> None:
+    part = sg.open(drive)[1:5][1:3]
+    assert [frame.name for frame in part] == ["000002", "000003"]
+    check_same_grids(write(tmp_path / "slice", part), write(tmp_path / "frames", sg.open(drive, frames="2:3")))
+    with pytest.raises(ValueError, match="step 2"):
+        part[::2]
+    with pytest.raises(IndexError, match="no frames"):
+        part[2:]

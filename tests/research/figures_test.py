@@ -15,7 +15,6 @@ try:
     import numpy as np
     import stereogrid  # noqa: F401
 
-    import equations
     import figures
     import panels
     import run_folder
@@ -88,13 +87,13 @@ class Figures(unittest.TestCase):
         rows, columns = stages["u_occupancy"].shape
         observed = np.divide(stages["observed_pixels"], stages["visible"], where=stages["visible"] > 0,
                              out=np.zeros((rows, columns)))
-        has_road = np.pad(equations.road_counts(stages["road_disparity"], rows, run.disparities) > 0, 1)
+        has_road = np.pad(panels.road_counts(stages["road_disparity"], rows, run.disparities) > 0, 1)
         around = sum(has_road[i:i + rows, j:j + columns] for i in range(3) for j in range(3)) / 9
-        confidence = equations.obstacle_confidence(observed, config["tau_obstacle"])
-        road = equations.road_confidence(observed, around, config)
-        obstacle = equations.obstacle_probability(stages["visibility"], confidence, config)
+        confidence = panels.obstacle_confidence(observed, config["tau_obstacle"])
+        road = panels.road_confidence(observed, around, config)
+        obstacle = panels.obstacle_probability(stages["visibility"], confidence, config)
         for name, expected in (("obstacle_confidence", confidence), ("road_confidence", road),
-                               ("u_occupancy", equations.occupancy(obstacle, road, config))):
+                               ("u_occupancy", panels.occupancy(obstacle, road, config))):
             np.testing.assert_allclose(stages[name][1:], expected[1:], atol=1e-5, err_msg=name)
         self.assertGreater((confidence[1:] > 0.5).sum(), 20)
         self.assertGreater((road[1:] > 0.5).sum(), 100)

@@ -2,7 +2,7 @@
 //
 // Edges of lower ground as obstacles, and lines through the sides of obstacles.
 #include "obstacles/segmentation/side_fit.hpp"
-#include "tracked_blobs.hpp"
+#include "painted_obstacles.hpp"
 
 namespace stereogrid::test {
 namespace {

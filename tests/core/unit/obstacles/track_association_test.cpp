@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Association of clusters and tracks; merging of tracks.
-#include "tracked_blobs.hpp"
+#include "painted_obstacles.hpp"
 
 namespace stereogrid::test {
 namespace {

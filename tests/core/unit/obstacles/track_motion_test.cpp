@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Whether tracks move, how they turn, and where their sides are.
-#include "tracked_blobs.hpp"
+#include "painted_obstacles.hpp"
 
 namespace stereogrid::test {
 namespace {

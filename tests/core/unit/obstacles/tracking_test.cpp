@@ -5,7 +5,7 @@
 #include "filter_run.hpp"
 #include "stereogrid/error.hpp"
 #include "support.hpp"
-#include "tracked_blobs.hpp"
+#include "painted_obstacles.hpp"
 
 namespace stereogrid::test {
 namespace {
