@@ -21,7 +21,17 @@ function(stereogrid_install_pc pc_name target description requires static_requir
   file(RELATIVE_PATH prefix_from_pc ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})
   cmake_path(APPEND libdir "\${prefix}" ${CMAKE_INSTALL_LIBDIR})
   cmake_path(APPEND includedir "\${prefix}" ${CMAKE_INSTALL_INCLUDEDIR})
-  configure_file(${PROJECT_SOURCE_DIR}/cmake/stereogrid.pc.in ${PROJECT_BINARY_DIR}/${pc_name}.pc @ONLY)
+  file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/${pc_name}.pc @ONLY CONTENT [[prefix=${pcfiledir}/@prefix_from_pc@
+libdir=@libdir@
+includedir=@includedir@
+
+Name: @pc_name@
+Description: @description@
+Version: @PROJECT_VERSION@
+Requires: @requires@
+Libs: -L${libdir} -l@target@ @link_flags@
+Cflags: -I${includedir}
+]])
   install(FILES ${PROJECT_BINARY_DIR}/${pc_name}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig
           COMPONENT development)
 endfunction()

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <filesystem>
 
-#include "evaluate/truth_source.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/recording.hpp"

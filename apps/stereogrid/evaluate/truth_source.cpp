@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "evaluate/truth_source.hpp"
+#include "evaluate/output.hpp"
 
 #include <filesystem>
 #include <utility>

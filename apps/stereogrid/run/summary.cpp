@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cctype>
 
-#include "evaluate/truth_source.hpp"
+#include "evaluate/output.hpp"
 #include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/io/text.hpp"
