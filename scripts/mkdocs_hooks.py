@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Hooks of mkdocs.yml. Pages of constants, of results and of runs are generated. In all pages
 
-* links to files outside of docs/ lead to the forge of `repo_url`, or become plain text without one (tests/rules/links.py checks them);
+* links to bench/results.json lead to the page made of it;
+* links to other files outside of docs/ lead to the forge of `repo_url`, or become plain text without one (tests/rules/links.py checks them);
 * blocks of ```math become MathML, and symbols such as a_u outside of code get an index;
 * <!-- snippet FILE --> is followed by the code of an example, as in README.md;
 * bold lines between <!-- tabs --> and <!-- end --> become tabs.
@@ -62,6 +63,7 @@ def tabs(block: str) -> str:
 def on_page_markdown(markdown, page, config, **_):
     if page.url == "":
         page.meta["hide"] = ["navigation", "toc"]
+    markdown = markdown.replace("](../bench/results.json", "](results.md")
     up = r"\.\./" * (page.file.src_uri.count("/") + 1)
     link = rf"[\1]({config.repo_url}/blob/HEAD/\2)" if config.repo_url else r"\1"
     markdown = re.sub(rf"(?<!!)\[([^\]]+)\]\({up}([^)]*)\)", link, markdown)

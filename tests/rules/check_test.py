@@ -153,7 +153,9 @@ class Rules(unittest.TestCase):
         docs = "docs" + "/"
         self.assertEqual(len(self.found(f"{docs}other.md", "[a](results.md)\n")), 1)
         self.write("scripts/results.py", "print('# Measured\\n\\n## On a GPU')\n")
-        for text, faults in (("[a](results.md)", 0), ("[a](results.md#on-a-gpu)", 0), ("[a](results.md#elsewhere)", 1)):
+        self.write("bench/results.json", "{}\n")
+        for text, faults in (("[a](results.md)", 0), ("[a](results.md#on-a-gpu)", 0), ("[a](results.md#elsewhere)", 1),
+                             ("[a](../bench/results.json#on-a-gpu)", 0), ("[a](../bench/results.json#elsewhere)", 1)):
             self.assertEqual(len(self.found(f"{docs}other.md", text + "\n")), faults, text)
 
     def assert_language(self, name, text, rule):
