@@ -121,16 +121,22 @@ PoseStage::PoseStage(PoseSource poses, const Rig& rig, const Image<std::uint8_t>
   if (poses_ == PoseSource::odometry) odometry_.emplace(rig, mask);
 }
 
-std::optional<std::string> PoseStage::place(StereoFrame& frame) {
+PoseStage::Placed PoseStage::place(StereoFrame& frame) {
   if (poses_ == PoseSource::none) frame.world_from_vehicle.reset();
-  if (!odometry_) return std::nullopt;
+  if (!odometry_) return {};
   OdometryStep step{odometry_->update(frame)};
   frame.world_from_vehicle = step.world_from_vehicle;
   if (const auto index{static_cast<std::size_t>(frame.index)}; is_kept_ && is_kept_(index)) {
     const std::lock_guard lock{mutex_};
     kept_.emplace(index, odometry_->save_state());
   }
-  return std::move(step.warning);
+  return {std::move(step.warning), step.covariances};
+}
+
+void PoseStage::place(io::QueuedFrame& queued) {
+  Placed placed{place(*queued.frame)};
+  queued.warning = std::move(placed.warning);
+  queued.covariances = placed.covariances;
 }
 
 void PoseStage::load(const OdometryState& state) {

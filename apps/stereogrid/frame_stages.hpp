@@ -14,6 +14,7 @@
 #include "input.hpp"
 #include "stereogrid/evaluation/labels.hpp"
 #include "stereogrid/frame.hpp"
+#include "stereogrid/io/frame_queue.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/odometry.hpp"
 
@@ -30,8 +31,13 @@ class PoseStage {
   /// Restores a state, before the first frame. Throws InputError if the state does not fit.
   void load(const OdometryState& state);
 
-  /// Returns a warning, if any. Throws InputError where the frame does not fit the rig.
-  std::optional<std::string> place(StereoFrame& frame);
+  struct Placed {
+    std::optional<std::string> warning{};
+    std::optional<PoseCovariances> covariances{};  ///< none: the pose came with the input
+  };
+  /// Throws InputError where the frame does not fit the rig.
+  Placed place(StereoFrame& frame);
+  void place(io::QueuedFrame& queued);
 
   [[nodiscard]] bool takes_time() const { return odometry_.has_value(); }
 

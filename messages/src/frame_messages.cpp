@@ -33,6 +33,11 @@ const Rig& checked(const Rig& rig) {
   return rig;
 }
 
+void check_voxel(double side_m) {
+  if (side_m == 0 || (side_m >= voxel_min_m && side_m <= voxel_max_m)) return;
+  throw ConfigError{"The side of the voxels of points must be 0 (all points) or 0.01 … 10 m."};
+}
+
 FrameMessagesOptions checked(FrameMessagesOptions options) {
   const auto is_allowed = [](unsigned char letter) {
     return std::isalnum(letter) != 0 || letter == '_' || letter == '/';
@@ -45,10 +50,7 @@ FrameMessagesOptions checked(FrameMessagesOptions options) {
   for (const std::string* const frame : {&options.world_frame, &options.vehicle_frame, &options.camera_frame}) {
     if (frame->empty()) throw ConfigError{"A frame needs a name."};
   }
-  const double voxel_m{options.points_voxel_m};
-  if (voxel_m != 0 && !(voxel_m >= voxel_min_m && voxel_m <= voxel_max_m)) {
-    throw ConfigError{"The side of the voxels of points must be 0 (all points) or 0.01 … 10 m."};
-  }
+  check_voxel(options.points_voxel_m);
   return options;
 }
 
@@ -117,7 +119,7 @@ struct FrameMessages::Implementation {
   }
 
   void send_transforms(const FrameResult& result);
-  void send_odometry(const FrameResult& result);
+  void send_odometry(const FrameResult& result, const std::optional<PoseCovariances>& covariances);
   void send_grid(Topic<nav_msgs::OccupancyGrid>& topic, const std::string& frame, const GridGeometry& geometry,
                  const Image<float>& occupancy);
   void send_predictions(const FrameResult& result);
@@ -189,13 +191,14 @@ void FrameMessages::Implementation::send_transforms(const FrameResult& result) {
   });
 }
 
-void FrameMessages::Implementation::send_odometry(const FrameResult& result) {
+void FrameMessages::Implementation::send_odometry(const FrameResult& result,
+                                                  const std::optional<PoseCovariances>& covariances) {
   const std::uint64_t dt_ns{last && goes_on(result) ? elapsed_ns(stamp_ns, last->stamp_ns) : 0};
   const Pose2 moved{dt_ns > 0 ? inverse(last->world_from_vehicle) * result.world_from_vehicle : Pose2{}};
   outlet.offer(odometry, stamp_ns, [&](nav_msgs::Odometry& message) {
     mark(message.header, options.world_frame);
     message.child_frame_id = options.vehicle_frame;
-    fill(message, result.world_from_vehicle, moved, dt_ns > 0 ? static_cast<double>(dt_ns) * 1e-9 : 1);
+    fill(message, result.world_from_vehicle, moved, static_cast<double>(dt_ns) * 1e-9, covariances);
   });
   last = {stamp_ns, result.world_from_vehicle};
 }
@@ -327,12 +330,17 @@ void FrameMessages::send(const FrameResult& result, const FrameFacts& facts) {
   it.stamp_ns = facts.stamp_ns;
   it.stamp = time_of(facts.stamp_ns);
   it.send_transforms(result);
-  it.send_odometry(result);
+  it.send_odometry(result, facts.covariances);
   it.send_grids(result);
   it.send_obstacles(result);
   it.send_images(result);
   it.send_pictures(facts);
   it.send_diagnostics(result, facts);
+}
+
+void FrameMessages::set_points_voxel(double side_m) {
+  check_voxel(side_m);
+  implementation_->options.points_voxel_m = side_m;
 }
 
 void FrameMessages::set_rig(const Rig& rig) {

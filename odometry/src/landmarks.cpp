@@ -320,4 +320,28 @@ std::optional<MotionFit> fit_motion(const Landmarks& landmarks, const Tracks& tr
   return std::nullopt;
 }
 
+cv::Matx66d covariance_of(const cv::Affine3d& now_from_reference, const std::vector<int>& inliers,
+                          const Landmarks& landmarks, const Tracks& tracks, const Rig& rig) {
+  constexpr double parameters{6};
+  cv::Matx66d normal{cv::Matx66d::zeros()};
+  double squares_px2{0};
+  for (const int place : inliers) {
+    const auto i{static_cast<std::size_t>(place)};
+    const cv::Point3f& point{landmarks.in_camera[static_cast<std::size_t>(tracks.landmark[i])]};
+    const cv::Vec3d p{now_from_reference * cv::Vec3d{point.x, point.y, point.z}};
+    if (p[2] <= 0) continue;  // passed
+    const double x{p[0] / p[2]};
+    const double y{p[1] / p[2]};
+    const double f{rig.focal_px};
+    const double g{rig.focal_px / p[2]};
+    const cv::Matx<double, 2, 6> derivative{-f * x * y,       f * (1 + x * x), -f * y, g, 0, -g * x,
+                                            -f * (1 + y * y), f * x * y,       f * x,  0, g, -g * y};
+    normal += derivative.t() * derivative;
+    const cv::Point2d residual_px{project(now_from_reference, point, rig) - cv::Point2d{tracks.at_px[i]}};
+    squares_px2 += residual_px.dot(residual_px);
+  }
+  const double freedom{2 * static_cast<double>(inliers.size()) - parameters};
+  return normal.inv(cv::DECOMP_CHOLESKY) * (squares_px2 / freedom);
+}
+
 }  // namespace stereogrid

@@ -58,4 +58,9 @@ struct MotionFit {
                                                   const std::optional<cv::Affine3d>& expected, const Rig& rig,
                                                   const std::function<bool(const cv::Affine3d&)>& plausible);
 
+/// Covariance of a fitted motion over rotation (rad) and translation (m), axes of the camera now: the inverse normal
+/// matrix of the `inliers`' reprojection, times the variance of their residuals.
+[[nodiscard]] cv::Matx66d covariance_of(const cv::Affine3d& now_from_reference, const std::vector<int>& inliers,
+                                        const Landmarks& landmarks, const Tracks& tracks, const Rig& rig);
+
 }  // namespace stereogrid

@@ -22,6 +22,10 @@ constexpr double kept_share_min{0.6};  // share of the landmarks; below: a new r
 // limit of a car plus measurement noise
 constexpr double acceleration_max_mps2{12};
 constexpr double turn_acceleration_max_radps2{3};
+// measured on scenes and KITTI drives
+constexpr double points_that_err_together{4};  // neighbouring corners share their errors
+constexpr double share_of_way{0.01};           // error of calibration and extrinsics, the same in each step
+constexpr double unmeasured_variance{1e6};     // m², rad²: no motion was ever measured
 constexpr double slack_m{0.05};
 constexpr double slack_rad{0.02};
 
@@ -34,6 +38,47 @@ std::array<double, 12> numbers_of(const cv::Affine3d& motion) {
 /// level_from_camera: rotation to the axes of a level camera at the same position.
 cv::Affine3d level_from_camera(const Rig& rig) {
   return cv::Affine3d{cv::Vec3d{-rig.camera_pitch_rad, 0, 0}} * cv::Affine3d{cv::Vec3d{0, 0, rig.camera_roll_rad}};
+}
+
+using Covariance = cv::Matx33d;  // over x, y, heading, on the ground
+
+/// Covariance of the ground pose, axes of the vehicle now. `of_camera`: covariance_of().
+Covariance on_ground(const cv::Matx66d& of_camera, const cv::Affine3d& level) {
+  const cv::Matx33d l{level.rotation()};
+  const cv::Matx<double, 3, 6> ahead_left_heading{0,        0,        0,        l(2, 0),  l(2, 1),  l(2, 2),  0, 0, 0,
+                                                  -l(0, 0), -l(0, 1), -l(0, 2), -l(1, 0), -l(1, 1), -l(1, 2), 0, 0, 0};
+  return ahead_left_heading * of_camera * ahead_left_heading.t();
+}
+
+/// Covariance of world_from_now from that of world_from_before and that of the motion, axes of the vehicle now.
+Covariance after(const Covariance& before, const Pose2& world_from_before, const Covariance& motion,
+                 const Pose2& world_from_now) {
+  const double c{std::cos(world_from_now.yaw_rad)};
+  const double s{std::sin(world_from_now.yaw_rad)};
+  const cv::Matx33d lever{
+      1, 0, world_from_before.y_m - world_from_now.y_m, 0, 1, world_from_now.x_m - world_from_before.x_m, 0, 0, 1};
+  const cv::Matx33d turn{c, -s, 0, s, c, 0, 0, 0, 1};
+  return lever * before * lever.t() + turn * motion * turn.t();
+}
+
+/// Place of the camera relative to the reference frame.
+struct Placed {
+  cv::Affine3d reference_from_now;
+  Covariance covariance;  // covariance of the ground pose, vehicle axes
+};
+
+std::array<double, 9> numbers_of(const Covariance& covariance) {
+  std::array<double, 9> numbers{};
+  std::copy_n(covariance.val, numbers.size(), numbers.begin());
+  return numbers;
+}
+
+/// With the errors that all steps of a way have in common.
+std::array<double, 9> with_common(Covariance covariance, const Pose2& way) {
+  const double variance_m2{share_of_way * share_of_way * (way.x_m * way.x_m + way.y_m * way.y_m)};
+  covariance(0, 0) += variance_m2;
+  covariance(1, 1) += variance_m2;
+  return numbers_of(covariance);
 }
 
 double angle_of(const cv::Affine3d& motion) {
@@ -89,9 +134,15 @@ struct VisualOdometry::Implementation {
     if (found.at_px.size() < points_min && landmarks.at_px.size() >= points_min) return;
     landmarks = std::move(found);
     reference = std::move(pyramid);
+    covariance_at_reference = covariance_of_last();
+    covariance_since_reference = Covariance::zeros();
     world_from_reference = world_from_last;
     reference_from_last = cv::Affine3d::Identity();
     last_at_px = landmarks.at_px;
+  }
+
+  [[nodiscard]] Covariance covariance_of_last() const {
+    return after(covariance_at_reference, world_from_reference, covariance_since_reference, world_from_last);
   }
 
   [[nodiscard]] bool is_plausible(const cv::Affine3d& before_from_now, double dt_s) const {
@@ -114,17 +165,33 @@ struct VisualOdometry::Implementation {
     return *middle < standing_px;
   }
 
+  // Without a measured motion: the last one continues, and may have changed as much as is plausible.
+  [[nodiscard]] Covariance continued(double dt_s) const {
+    if (!speed) return Covariance::eye() * unmeasured_variance;
+    const double gain{(dt_s + unmeasured_s) * dt_s};
+    const double way_m{acceleration_max_mps2 * gain};
+    const double turn_rad{turn_acceleration_max_radps2 * gain};
+    return covariance_since_reference + Covariance::diag({way_m * way_m, way_m * way_m, turn_rad * turn_rad});
+  }
+
   // The camera's place relative to the reference; fills in what the step says of its quality.
-  cv::Affine3d measure(const Tracks& tracks, double dt_s, OdometryStep& step) {
+  Placed measure(const Tracks& tracks, double dt_s, OdometryStep& step) {
+    const auto measured = [&](const cv::Affine3d& reference_from_now, const std::vector<int>& inliers) {
+      step.measured = true;
+      step.inliers = static_cast<int>(inliers.size());
+      step.spread = spread_of(inliers, tracks, rig);
+      const cv::Affine3d now_from_reference{reference_from_now.inv()};
+      return Placed{reference_from_now,
+                    on_ground(covariance_of(now_from_reference, inliers, landmarks, tracks, rig), level) *
+                        points_that_err_together};
+    };
     const cv::Affine3d expected{reference_from_last * (speed ? speed->over(dt_s) : cv::Affine3d::Identity())};
     step.tracked = static_cast<int>(tracks.at_px.size());
     if (stands(tracks)) {
-      step.measured = step.standing = true;
-      step.inliers = step.tracked;
+      step.standing = true;
       std::vector<int> all(tracks.at_px.size());
       std::iota(all.begin(), all.end(), 0);
-      step.spread = spread_of(all, tracks, rig);
-      return reference_from_last;
+      return measured(reference_from_last, all);
     }
     const auto fit{fit_motion(landmarks, tracks, speed ? std::optional{expected.inv()} : std::nullopt, rig,
                               [&](const cv::Affine3d& now_from_reference) {
@@ -132,12 +199,9 @@ struct VisualOdometry::Implementation {
                               })};
     if (!fit) {
       step.warning = "odometry: too few points agree on a motion, the last motion continues";
-      return expected;
+      return {expected, continued(dt_s)};
     }
-    step.measured = true;
-    step.inliers = static_cast<int>(fit->inliers.size());
-    step.spread = spread_of(fit->inliers, tracks, rig);
-    return fit->now_from_reference.inv();
+    return measured(fit->now_from_reference.inv(), fit->inliers);
   }
 
   OdometryStep advance(const StereoFrame& frame, double dt_s) {
@@ -145,12 +209,15 @@ struct VisualOdometry::Implementation {
     Pyramid pyramid{pyramid_of(frame.left)};
     const cv::Affine3d expected{reference_from_last * (speed ? speed->over(dt_s) : cv::Affine3d::Identity())};
     const Tracks tracks{follow(landmarks, reference, pyramid, expected.inv(), rig)};
-    const cv::Affine3d reference_from_now{measure(tracks, dt_s, step)};
+    const auto [reference_from_now, covariance]{measure(tracks, dt_s, step)};
     const cv::Affine3d motion{reference_from_last.inv() * reference_from_now};
     step.camera_motion = numbers_of(motion);
     unmeasured_s = step.measured ? 0 : unmeasured_s + dt_s;
     if (step.measured) speed = Speed{motion.rvec() * (1 / dt_s), motion.translation() * (1 / dt_s)};
+    step.covariances.motion =
+        with_common(covariance_since_reference + covariance, ground_pose(numbers_of(level * motion * level.inv())));
     if (step.standing) return step;
+    covariance_since_reference = covariance;
     world_from_last = world_from_reference * ground_pose(numbers_of(level * reference_from_now * level.inv()));
     reference_from_last = reference_from_now;
     for (std::size_t i{0}; i < tracks.at_px.size(); ++i) {
@@ -173,7 +240,9 @@ struct VisualOdometry::Implementation {
   Pose2 world_from_last;
   cv::Affine3d reference_from_last;
   std::vector<cv::Point2f> last_at_px;  // positions of the landmarks in the last frame that moved
-  std::optional<Speed> speed;           // none: nothing measured yet
+  Covariance covariance_at_reference{Covariance::zeros()};
+  Covariance covariance_since_reference{Covariance::zeros()};
+  std::optional<Speed> speed;  // none: nothing measured yet
   double unmeasured_s{0};
   std::optional<std::int64_t> last_stamp_ns;
 };
@@ -203,6 +272,8 @@ OdometryState VisualOdometry::save_state() const {
                       .reference_from_last = numbers_of(self.reference_from_last),
                       .speed = {},
                       .unmeasured_s = self.unmeasured_s,
+                      .covariance_at_reference = numbers_of(self.covariance_at_reference),
+                      .covariance_since_reference = numbers_of(self.covariance_since_reference),
                       .last_stamp_ns = self.last_stamp_ns};
   for (std::size_t i{0}; i < self.landmarks.at_px.size(); ++i) {
     const cv::Point2f& at{self.landmarks.at_px[i]};
@@ -238,6 +309,8 @@ void VisualOdometry::load_state(const OdometryState& state) {
   self.speed.reset();
   if (const auto& s{state.speed}) self.speed = Speed{{(*s)[0], (*s)[1], (*s)[2]}, {(*s)[3], (*s)[4], (*s)[5]}};
   self.unmeasured_s = state.unmeasured_s;
+  self.covariance_at_reference = Covariance{state.covariance_at_reference.data()};
+  self.covariance_since_reference = Covariance{state.covariance_since_reference.data()};
   self.last_stamp_ns = state.last_stamp_ns;
 }
 
@@ -258,6 +331,7 @@ OdometryStep VisualOdometry::update(const StereoFrame& frame) {
   }
   self.last_stamp_ns = frame.stamp_ns;
   step.world_from_vehicle = self.world_from_last;
+  step.covariances.pose = with_common(self.covariance_of_last(), self.world_from_last);
   return step;
 }
 

@@ -99,12 +99,9 @@ FrameIterator::FrameIterator(std::shared_ptr<Recording> recording,
                              std::function<bool(std::size_t)> is_kept)
     : recording_{std::move(recording)},
       poses_{recording_->input().poses, recording_->source().rig(), recording_->input().mask, std::move(is_kept)},
-      queue_{recording_->source(),
-             first_of ? first_of(poses_) : recording_->range().first,
-             recording_->range().end,
-             frames_ahead,
-             poses_.takes_time() ? 2 : 1,
-             [this](io::QueuedFrame& queued) { queued.warning = poses_.place(*queued.frame); }} {
+      queue_{recording_->source(),        first_of ? first_of(poses_) : recording_->range().first,
+             recording_->range().end,     frames_ahead,
+             poses_.takes_time() ? 2 : 1, [this](io::QueuedFrame& queued) { poses_.place(queued); }} {
   recording_->skipped.clear();
 }
 

@@ -73,6 +73,30 @@ TEST(Odometry, FollowsAStreet) {
   }
 }
 
+TEST(Odometry, KnowsHowGoodItIs) {
+  const std::vector<StereoFrame> frames{drive()};
+  const std::vector<OdometryStep> steps{steps_of(frames, rig_of(street))};
+  EXPECT_EQ(steps.front().covariances.pose, (std::array<double, 9>{})) << "the world begins there";
+  const auto sigma = [](const std::array<double, 9>& covariance, std::size_t i) {
+    return std::sqrt(covariance[4 * i]);
+  };
+  for (std::size_t i{1}; i < steps.size(); ++i) {
+    const Pose2 truth{inverse(*frames[i - 1].world_from_vehicle) * *frames[i].world_from_vehicle};
+    const Pose2 error{inverse(truth) * (inverse(steps[i - 1].world_from_vehicle) * steps[i].world_from_vehicle)};
+    const auto& [pose, motion]{steps[i].covariances};
+    EXPECT_LT(std::abs(error.x_m), 3 * sigma(motion, 0)) << i;
+    EXPECT_LT(std::abs(error.y_m), 3 * sigma(motion, 1)) << i;
+    EXPECT_LT(std::abs(error.yaw_rad), 3 * sigma(motion, 2)) << i;
+    EXPECT_LT(sigma(motion, 0), 0.02 * way_m(frames) / 11) << i;
+    EXPECT_LT(sigma(motion, 2), 0.002) << i;
+    for (const std::size_t k : {0, 1, 2}) EXPECT_GT(sigma(pose, k), sigma(steps[i - 1].covariances.pose, k)) << i;
+  }
+  const Pose2 error{drift(frames, steps)};
+  const auto& pose{steps.back().covariances.pose};
+  EXPECT_LT(length_m(error), 3 * sigma(pose, 0));
+  EXPECT_LT(std::abs(error.yaw_rad), 3 * sigma(pose, 2));
+}
+
 TEST(Odometry, BearsUnequalExposures) {
   for (const double gain : {0.3, 2.0, 3.0}) {
     std::vector<StereoFrame> frames{drive()};
@@ -132,6 +156,7 @@ TEST(Odometry, IsTheSameForAnyNumberOfThreads) {
   for (std::size_t i{0}; i < frames.size(); ++i) {
     EXPECT_EQ(many[i].camera_motion, one[i].camera_motion);
     EXPECT_EQ(many[i].world_from_vehicle, one[i].world_from_vehicle);
+    EXPECT_EQ(many[i].covariances.pose, one[i].covariances.pose);
   }
 }
 
@@ -145,6 +170,7 @@ TEST(Odometry, CarriesTheLastMotionOnInTheDark) {
   for (std::size_t i{6}; i < 8; ++i) {
     EXPECT_FALSE(steps[i].measured) << i;
     EXPECT_THAT(steps[i].warning, Optional(HasSubstr("the last motion continues"))) << i;
+    EXPECT_GT(steps[i].covariances.motion[0], 10 * steps[5].covariances.motion[0]) << i;
   }
   EXPECT_TRUE(steps[8].measured) << "the frame before the dark still serves";
   EXPECT_LT(length_m(drift(frames, steps)), 0.02 * way_m(frames));

@@ -291,6 +291,8 @@ TEST_F(RunFolder, KeepsWhatPipelineAndOdometryRemember) {
   odometry.landmarks.resize(2);
   odometry.speed = {1, 2, 3, 4, 5, 6};
   odometry.last_stamp_ns = 123;
+  odometry.covariance_at_reference[8] = 0.25;
+  odometry.covariance_since_reference[0] = 0.5;
   write_checkpoint(folder.path(), {7, {std::byte{1}, std::byte{2}}, odometry});
   const auto read{read_checkpoint(folder.path())};
   ASSERT_TRUE(read && read->odometry);
@@ -300,6 +302,8 @@ TEST_F(RunFolder, KeepsWhatPipelineAndOdometryRemember) {
   EXPECT_EQ(read->odometry->landmarks.size(), 2U);
   EXPECT_EQ(read->odometry->speed, odometry.speed);
   EXPECT_EQ(read->odometry->last_stamp_ns, 123);
+  EXPECT_EQ(read->odometry->covariance_at_reference, odometry.covariance_at_reference);
+  EXPECT_EQ(read->odometry->covariance_since_reference, odometry.covariance_since_reference);
 }
 
 }  // namespace

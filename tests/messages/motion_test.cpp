@@ -11,6 +11,7 @@ namespace stereogrid::messages::test {
 namespace {
 
 using nav_msgs::Odometry;
+using ::testing::Each, ::testing::ElementsAre;
 using tf2_msgs::TFMessage;
 using Vector = std::array<double, 3>;
 
@@ -177,6 +178,24 @@ TEST(OdometryMessage, HasTheVelocityInABend) {
   EXPECT_NEAR(odometry.twist.twist.angular.z, 1, 1e-9);
   EXPECT_NEAR(odometry.twist.twist.linear.x, 10, 0.005);
   EXPECT_NEAR(odometry.twist.twist.linear.y, 0, 1e-9);
+}
+
+TEST(OdometryMessage, HasTheCovariancesOfTheOdometry) {
+  const PoseCovariances covariances{{1, 2, 3, 2, 4, 5, 3, 5, 6}, {0.01, 0, 0, 0, 0.02, 0, 0, 0, 0.03}};
+  const auto zeros{sent_on<Odometry>("/stereo_grid/odometry", small_result())};
+  EXPECT_THAT(zeros.pose.covariance, Each(0)) << "unknown";
+  EXPECT_THAT(zeros.twist.covariance, Each(0));
+  Recorder recorder;
+  FrameMessages messages{recorder, small_rig()};
+  messages.send(small_result(), {.stamp_ns = 0, .covariances = covariances});
+  EXPECT_EQ(recorder.last<Odometry>("/stereo_grid/odometry").twist.covariance[0], 1e6) << "no velocity yet";
+  messages.send(small_result(), {.stamp_ns = tenth_ns, .covariances = covariances});
+  const Odometry odometry{recorder.last<Odometry>("/stereo_grid/odometry")};
+  const auto& pose{odometry.pose.covariance};
+  EXPECT_THAT((std::array{pose[0], pose[1], pose[5], pose[7], pose[11], pose[35]}), ElementsAre(1, 2, 3, 4, 5, 6));
+  EXPECT_THAT((std::array{pose[14], pose[21], pose[28]}), Each(1e6)) << "z, roll and pitch are not measured";
+  EXPECT_NEAR(odometry.twist.covariance[0], 1, 1e-9);
+  EXPECT_NEAR(odometry.twist.covariance[35], 3, 1e-9);
 }
 
 TEST(OdometryMessage, HasNoVelocityWhereTheMotionIsNotKnown) {

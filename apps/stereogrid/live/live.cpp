@@ -194,7 +194,8 @@ class LiveLoop final : private capture::FrameHandler {
     std::vector<messages::Dropped> dropped;
     for (const capture::Drop& drop : placed_.dropped()) dropped.push_back({drop.reason, drop.frames});
     if (refused_ > 0) dropped.push_back({"refused by the pipeline", refused_});
-    const messages::FrameFacts facts{.latency = latency_, .frames = frames_, .dropped = dropped};
+    const messages::FrameFacts facts{
+        .latency = latency_, .frames = frames_, .dropped = dropped, .covariances = placed.covariances};
     output_.send(placed.frame, result, facts);
     if (other_ != nullptr) other_->send(placed, facts);
     page_.note(result, facts);

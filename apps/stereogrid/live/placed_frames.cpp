@@ -61,7 +61,9 @@ void PlacedFrames::take(LiveFrame live) {
   PlacedFrame placed{{.frame = std::move(live.frame), .captured = live.captured, .recorded = live.recorded}, stream_};
   const Clock::time_point begun{Clock::now()};
   try {
-    placed.prepared.warning = poses_->place(placed.prepared.frame);
+    PoseStage::Placed pose{poses_->place(placed.prepared.frame)};
+    placed.prepared.warning = std::move(pose.warning);
+    placed.prepared.covariances = pose.covariances;
   } catch (const InputError& error) {
     ++refused_;
     return log_unusable(error.what());

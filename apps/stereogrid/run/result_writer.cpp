@@ -52,7 +52,7 @@ class LineFile {
 };
 
 struct Job {
-  StereoFrame frame;
+  capture::PreparedFrame prepared;
   FrameResult result;
   std::optional<io::Checkpoint> checkpoint;
 };
@@ -72,30 +72,30 @@ struct ResultWriter::State {
   }
 
   void write_frame(const Job& job) {
-    const std::string file{job.frame.name + ".npz"};
+    const std::string file{job.prepared.frame.name + ".npz"};
     const auto write{options.compact ? io::write_compact_grids : io::write_grids};
     write(options.folder / "grids" / file, job.result, options.layers);
     if (options.predictions) io::write_predictions(options.folder / "predictions" / file, job.result);
     if (options.stages) io::write_stages(options.folder / "stages" / file, job.result.stages);
-    const fs::path image{options.folder / "pictures" / (job.frame.name + '.' + options.pictures)};
-    if (options.pictures == "svg") io::write_file(image, draw_svg(job.frame, job.result, job.result.rig));
+    const fs::path image{options.folder / "pictures" / (job.prepared.frame.name + '.' + options.pictures)};
+    if (options.pictures == "svg") io::write_file(image, draw_svg(job.prepared.frame, job.result, job.result.rig));
     if (options.pictures == "png" || video) {
-      const io::RgbImage picture{draw_picture(job.frame, job.result, job.result.rig)};
+      const io::RgbImage picture{draw_picture(job.prepared.frame, job.result, job.result.rig)};
       if (options.pictures == "png") io::write_png(image, picture);
       if (video) video->add(picture);
     }
     if (messages) send(job);
-    lines->append(io::frame_line(job.frame, job.result, job.result.rig, options.compact));
+    lines->append(io::frame_line(job.prepared.frame, job.result, job.result.rig, options.compact));
     if (job.checkpoint) io::write_checkpoint(options.folder, *job.checkpoint);
   }
 
   void send(const Job& job) {
     ++sent;
     const std::size_t due{
-        io::multiples_between(options.first_frame, static_cast<std::size_t>(job.frame.index), options.every)};
+        io::multiples_between(options.first_frame, static_cast<std::size_t>(job.prepared.frame.index), options.every)};
     const std::array<messages::Dropped, 1> dropped{{{"cannot be used", static_cast<std::int64_t>(due) - sent}}};
-    const messages::FrameFacts facts{.frames = sent, .dropped = dropped};
-    messages->send(job.frame, job.result, facts);
+    const messages::FrameFacts facts{.frames = sent, .dropped = dropped, .covariances = job.prepared.covariances};
+    messages->send(job.prepared.frame, job.result, facts);
     if (options.page != nullptr) options.page->note(job.result, facts);
   }
 
@@ -151,11 +151,12 @@ ResultWriter::~ResultWriter() {
   if (state_->thread.joinable()) state_->thread.join();
 }
 
-FrameResult ResultWriter::write(StereoFrame frame, FrameResult result, std::optional<io::Checkpoint> checkpoint) {
+FrameResult ResultWriter::write(capture::PreparedFrame prepared, FrameResult result,
+                                std::optional<io::Checkpoint> checkpoint) {
   std::unique_lock lock{state_->mutex};
   state_->changed.wait(lock, [this] { return state_->failure || state_->jobs.size() < capacity; });
   if (state_->failure) std::rethrow_exception(state_->failure);
-  state_->jobs.push_back({std::move(frame), std::move(result), std::move(checkpoint)});
+  state_->jobs.push_back({std::move(prepared), std::move(result), std::move(checkpoint)});
   state_->changed.notify_all();
   return std::exchange(state_->written, {});
 }

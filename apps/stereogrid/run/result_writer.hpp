@@ -9,6 +9,7 @@
 
 #include "connect/message_output.hpp"
 #include "connect/page.hpp"
+#include "stereogrid/capture/frame_loop.hpp"
 #include "stereogrid/io/ffmpeg.hpp"
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/run_folder/checkpoint.hpp"
@@ -71,7 +72,7 @@ class ResultWriter {
   /// Waits while too many frames wait. Throws what writing an earlier frame has thrown: DeviceError.
   /// `checkpoint`: written once the frame is. Returns the result of a frame that is written, whose memory can be used
   /// again, or an empty one.
-  FrameResult write(StereoFrame frame, FrameResult result, std::optional<io::Checkpoint> checkpoint = {});
+  FrameResult write(capture::PreparedFrame prepared, FrameResult result, std::optional<io::Checkpoint> checkpoint = {});
   /// Waits for the last frame; throws as write().
   void finish();
 

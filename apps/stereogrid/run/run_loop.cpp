@@ -84,9 +84,8 @@ void RunLoop::run(const FrameSource& source) {
   Progress progress{"frames", total};
   // a second thread, so that the next frame is read while this one's motion is found
   const int threads{poses_.takes_time() ? 2 : 1};
-  io::FrameQueue queue{
-      source,       first_frame_, record_.range().end,
-      frames_ahead, threads,      [this](io::QueuedFrame& queued) { queued.warning = poses_.place(*queued.frame); }};
+  io::FrameQueue queue{source,       first_frame_, record_.range().end,
+                       frames_ahead, threads,      [this](io::QueuedFrame& queued) { poses_.place(queued); }};
   queue_ = &queue;
   progress_ = &progress;
   try {
@@ -117,7 +116,8 @@ std::optional<capture::PreparedFrame> RunLoop::next() {
   if (!wait_for_frame(*queue_, next_, std::chrono::seconds{input_wait_s_})) give_up_waiting();
   has_ended_ = interrupted() != 0 || !load();
   if (has_ended_ || !queued_.frame) return std::nullopt;
-  capture::PreparedFrame prepared{.frame = std::move(*queued_.frame), .warning = queued_.warning};
+  capture::PreparedFrame prepared{
+      .frame = std::move(*queued_.frame), .warning = queued_.warning, .covariances = queued_.covariances};
   if (poses_.takes_time()) prepared.odometry_ms = queued_.prepared_ms;
   return prepared;
 }
@@ -150,7 +150,7 @@ void RunLoop::deliver(capture::PreparedFrame& prepared, FrameResult& result) {
   if (!record_.is_written(queued_.index)) return;
   record_.add_frame(io::summary_of(prepared.frame, result));
   const Stopwatch writing{seconds_.writing};
-  result = writer_.write(std::move(prepared.frame), std::move(result), checkpoint_after(queued_.index));
+  result = writer_.write(std::move(prepared), std::move(result), checkpoint_after(queued_.index));
 }
 
 void RunLoop::give_up_waiting() {

@@ -21,8 +21,9 @@ constexpr const char* file_name{"state.npz"};
 constexpr std::size_t landmark_floats{7};
 static_assert(sizeof(OdometryState::Landmark) == landmark_floats * sizeof(float));
 
-// world_from_reference, world_from_last, reference_from_last, unmeasured_s, then the speed if there is one.
-constexpr std::size_t numbers_without_speed{3 + 3 + 12 + 1};
+// world_from_reference, world_from_last, reference_from_last, both covariances, unmeasured_s, then the speed if there
+// is one.
+constexpr std::size_t numbers_without_speed{3 + 3 + 12 + 2 * 9 + 1};
 constexpr std::size_t speed_numbers{6};
 
 std::vector<double> numbers_of(const OdometryState& state) {
@@ -31,6 +32,9 @@ std::vector<double> numbers_of(const OdometryState& state) {
     numbers.insert(numbers.end(), {pose.x_m, pose.y_m, pose.yaw_rad});
   }
   numbers.insert(numbers.end(), state.reference_from_last.begin(), state.reference_from_last.end());
+  for (const auto* covariance : {&state.covariance_at_reference, &state.covariance_since_reference}) {
+    numbers.insert(numbers.end(), covariance->begin(), covariance->end());
+  }
   numbers.push_back(state.unmeasured_s);
   if (state.speed) numbers.insert(numbers.end(), state.speed->begin(), state.speed->end());
   return numbers;
@@ -44,6 +48,10 @@ void take_numbers(const std::vector<double>& numbers, OdometryState& state) {
   }
   std::copy_n(next, state.reference_from_last.size(), state.reference_from_last.begin());
   next += state.reference_from_last.size();
+  for (auto* covariance : {&state.covariance_at_reference, &state.covariance_since_reference}) {
+    std::copy_n(next, covariance->size(), covariance->begin());
+    next += covariance->size();
+  }
   state.unmeasured_s = *next++;
   if (numbers.size() > numbers_without_speed) std::copy_n(next, speed_numbers, state.speed.emplace().begin());
 }

@@ -74,8 +74,9 @@ void fill(sensor_msgs::CompressedImage& message, std::span<const std::byte> jpeg
 /// Transform from the camera frame (x right, y down, z forward) to the vehicle frame.
 [[nodiscard]] geometry_msgs::Transform vehicle_from_camera(const Rig& rig);
 [[nodiscard]] geometry_msgs::Transform world_from_vehicle(const Pose2& pose);
-/// `moved`: motion of the vehicle in `dt_s`, in its former frame.
-void fill(nav_msgs::Odometry& message, const Pose2& world_from_vehicle, const Pose2& moved, double dt_s);
+/// `moved`: motion of the vehicle in `dt_s`, in its former frame; 0 s: unknown, the velocity is 0.
+void fill(nav_msgs::Odometry& message, const Pose2& world_from_vehicle, const Pose2& moved, double dt_s,
+          const std::optional<PoseCovariances>& covariances);
 
 /// Frames used and dropped.
 struct FrameCounts {

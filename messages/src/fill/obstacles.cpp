@@ -32,6 +32,22 @@ std::array<double, 9> in_world(const Covariance2& vehicle, double yaw_rad) {
   return {xx, xy, 0, xy, yy, 0, 0, 0, 0};
 }
 
+/// 6 × 6 over x, y, z and the rotations about them, of a covariance over x, y and heading in `dt_s`; 0 s: not measured,
+/// as z, roll and pitch.
+std::array<double, 36> on_ground(const std::array<double, 9>& covariance, double dt_s) {
+  constexpr double not_measured{1e6};
+  std::array<double, 36> all{};
+  for (std::size_t i{0}; i < 6; ++i) all[7 * i] = not_measured;
+  if (dt_s == 0) return all;
+  constexpr std::array<std::size_t, 3> places{0, 1, 5};
+  for (std::size_t row{0}; row < 3; ++row) {
+    for (std::size_t column{0}; column < 3; ++column) {
+      all[6 * places[row] + places[column]] = covariance[3 * row + column] / (dt_s * dt_s);
+    }
+  }
+  return all;
+}
+
 void fill_obstacle(nav2_dynamic_msgs::Obstacle& message, const Obstacle& obstacle, const Pose2& world_from_vehicle) {
   const Point2 centre{world_from_vehicle * Point2{obstacle.x_m, obstacle.y_m}};
   const Pose2 turned{0, 0, world_from_vehicle.yaw_rad};
@@ -131,10 +147,14 @@ geometry_msgs::Transform world_from_vehicle(const Pose2& pose) {
   return {{pose.x_m, pose.y_m, 0}, rotation_about_z(pose.yaw_rad)};
 }
 
-// Covariances remain 0: the accuracy of poses is unknown.
-void fill(nav_msgs::Odometry& message, const Pose2& world_from_vehicle, const Pose2& moved, double dt_s) {
+void fill(nav_msgs::Odometry& message, const Pose2& world_from_vehicle, const Pose2& moved, double dt_s,
+          const std::optional<PoseCovariances>& covariances) {
   message.pose.pose = {{world_from_vehicle.x_m, world_from_vehicle.y_m, 0},
                        rotation_about_z(world_from_vehicle.yaw_rad)};
+  message.pose.covariance = covariances ? on_ground(covariances->pose, 1) : std::array<double, 36>{};
+  message.twist = {};
+  if (covariances) message.twist.covariance = on_ground(covariances->motion, dt_s);
+  if (dt_s == 0) return;
   // in the frame of the mean heading
   const Pose2 halfway{0, 0, -moved.yaw_rad / 2};
   const Point2 way{halfway * Point2{moved.x_m, moved.y_m}};

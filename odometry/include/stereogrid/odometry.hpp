@@ -12,6 +12,7 @@
 #include "stereogrid/camera.hpp"
 #include "stereogrid/export.hpp"
 #include "stereogrid/frame.hpp"
+#include "stereogrid/pose_covariances.hpp"
 
 namespace stereogrid {
 
@@ -21,11 +22,13 @@ struct OdometryStep {
   /// camera to that of the frame before. The identity at the first frame.
   std::array<double, 12> camera_motion{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
   Pose2 world_from_vehicle;  ///< world frame: the vehicle frame of the first frame
-  bool measured{false};      ///< false: the first frame, or continuation of the last motion
-  bool standing{false};      ///< no motion in the image: the motion is exactly zero
-  int tracked{0};            ///< points tracked from the reference frame to this one, with depth
-  int inliers{0};            ///< points among them that agree on the motion
-  double spread{0};          ///< share of the parts of the image (6 × 3) that have inliers
+  /// From the residuals of the tracked points; without a measured motion, from the largest acceleration.
+  PoseCovariances covariances;
+  bool measured{false};  ///< false: the first frame, or continuation of the last motion
+  bool standing{false};  ///< no motion in the image: the motion is exactly zero
+  int tracked{0};        ///< points tracked from the reference frame to this one, with depth
+  int inliers{0};        ///< points among them that agree on the motion
+  double spread{0};      ///< share of the parts of the image (6 × 3) that have inliers
   std::optional<std::string> warning;
 };
 
@@ -43,6 +46,9 @@ struct OdometryState {
   std::array<double, 12> reference_from_last{};  ///< 3 × 4 row-major
   std::optional<std::array<double, 6>> speed;    ///< rotation vector, rad/s, and translation, m/s
   double unmeasured_s{0};
+  std::array<double, 9> covariance_at_reference{};  ///< as PoseCovariances::pose, of world_from_reference
+  std::array<double, 9>
+      covariance_since_reference{};  ///< covariance of the motion from the reference frame, vehicle axes
   std::optional<std::int64_t> last_stamp_ns;
 };
 

@@ -8,17 +8,19 @@
 #include "stereogrid/capture/live_source.hpp"
 #include "stereogrid/export.hpp"
 #include "stereogrid/pipeline.hpp"
+#include "stereogrid/pose_covariances.hpp"
 
 namespace stereogrid::capture {
 
 /// A frame for a pipeline, with its pose, and what its source adds to the result.
 struct PreparedFrame {
   StereoFrame frame;
-  Clock::time_point captured{};          ///< live sources only: see LiveFrame
-  std::optional<std::string> warning{};  ///< appended to the result's
-  std::optional<double> odometry_ms{};   ///< time of visual odometry; none: the pose came with the input
-  bool resets_before{false};             ///< Pipeline::reset() before this frame
-  std::size_t recorded{0};               ///< live sources only: see LiveFrame
+  Clock::time_point captured{};                  ///< live sources only: see LiveFrame
+  std::optional<std::string> warning{};          ///< appended to the result's
+  std::optional<PoseCovariances> covariances{};  ///< covariances of the pose; none: unknown
+  std::optional<double> odometry_ms{};           ///< time of visual odometry; none: the pose came with the input
+  bool resets_before{false};                     ///< Pipeline::reset() before this frame
+  std::size_t recorded{0};                       ///< live sources only: see LiveFrame
 };
 
 /// Source and destination of the frames of run_frames().

@@ -11,6 +11,7 @@
 
 #include "stereogrid/export.hpp"
 #include "stereogrid/frame.hpp"
+#include "stereogrid/pose_covariances.hpp"
 
 namespace stereogrid::io {
 
@@ -21,7 +22,8 @@ struct QueuedFrame {
   std::optional<StereoFrame> frame;      ///< none: it cannot be used
   std::string error;                     ///< then: the InputError's text
   double prepared_ms{0};                 ///< wall-clock time of the preparation
-  std::optional<std::string> warning{};  ///< for the preparation to fill
+  std::optional<std::string> warning{};  ///< for the preparation to fill, as covariances
+  std::optional<PoseCovariances> covariances{};
 };
 
 /// Work on a loaded frame on the background threads, called for usable frames one after the other, in order. An

@@ -18,6 +18,7 @@
 #include "stereogrid/messages/sensor_msgs.hpp"
 #include "stereogrid/messages/sink.hpp"
 #include "stereogrid/occupancy_values.hpp"
+#include "stereogrid/pose_covariances.hpp"
 #include "stereogrid/result.hpp"
 
 namespace stereogrid::messages {
@@ -57,8 +58,9 @@ struct FrameFacts {
   std::function<std::span<const std::byte>()> left_jpeg{};
   std::function<std::span<const std::byte>()> u_disparity_jpeg{};
   std::optional<Latency> latency{};
-  std::int64_t frames{0};              ///< number of used frames so far, including this one
-  std::span<const Dropped> dropped{};  ///< frames dropped so far
+  std::int64_t frames{0};                        ///< number of used frames so far, including this one
+  std::span<const Dropped> dropped{};            ///< frames dropped so far
+  std::optional<PoseCovariances> covariances{};  ///< covariances of FrameResult::world_from_vehicle; none: unknown
 };
 
 /// Publishes the result of each frame as ROS 2 messages; docs/messages.md lists topics, types and frames. A channel is
@@ -78,6 +80,9 @@ class STEREOGRID_EXPORT FrameMessages {
 
   /// Sets the current Pipeline::rig() after the pipeline has estimated extrinsics. Throws InputError: its problems.
   void set_rig(const Rig& rig);
+
+  /// Sets FrameMessagesOptions::points_voxel_m from the next frame on. Throws ConfigError: out of range.
+  void set_points_voxel(double side_m);
 
  private:
   struct STEREOGRID_HIDDEN Implementation;
