@@ -127,6 +127,11 @@ void CameraPair::add_unusable() {
   ++state_->unusable;
 }
 
+void CameraPair::set_tolerance(std::chrono::nanoseconds tolerance) {
+  const std::scoped_lock lock{state_->mutex};
+  state_->pairing.set_tolerance(tolerance);
+}
+
 void CameraPair::set_fault(std::string sentence) {
   const std::scoped_lock lock{state_->mutex};
   state_->fault = std::move(sentence);

@@ -52,6 +52,7 @@ class Pairing {
   /// A pair has come by itself.
   void note_pair(Clock::time_point now);
 
+  void set_tolerance(std::chrono::nanoseconds tolerance) { options_.tolerance = tolerance; }
   /// Why there have been no pairs for PairingOptions::silence; empty: there were.
   [[nodiscard]] std::string fault(Clock::time_point now) const;
   /// Images that remained without a partner.

@@ -147,7 +147,7 @@ TEST_F(Ros2Node, RefusesParametersThatDoNotFit) {
   EXPECT_THAT(refusal({"device", std::string{"tpu"}}), HasSubstr("device"));
   EXPECT_THAT(refusal({"pair_tolerance", -1.0}), HasSubstr("pair_tolerance"));
   EXPECT_THAT(refusal({"topics", std::vector<std::string>{"scan", "grids"}}), HasSubstr("There is no topic \"grids\""));
-  EXPECT_THAT(refusal({"points_voxel", -1.0}), HasSubstr("voxels"));
+  EXPECT_THAT(refusal({"points_voxel", -1.0}), HasSubstr("points_voxel"));
   EXPECT_THAT(refusal({"value_scale", std::string{"autoware"}}), HasSubstr("global_frame: odom (allowed map"));
 }
 
@@ -160,7 +160,9 @@ TEST_F(Ros2Node, ReadsParametersWhenItIsConfigured) {
   EXPECT_TRUE(node_->set_parameter({"poses", std::string{"none"}}).successful);
   EXPECT_TRUE(node_->set_parameter({"grid.length_m", std::int64_t{12}}).successful);
   EXPECT_EQ(node_->configure().id(), inactive);
-  EXPECT_TRUE(node_->set_parameter({"grid.length_m", 1e6}).successful);
+  EXPECT_EQ(node_->set_parameter({"grid.length_m", 15.0}).reason,
+            "parameter grid.length_m is read by configure: deactivate and clean up the node first.");
+  EXPECT_EQ(node_->get_parameter("grid.length_m").as_int(), 12);
   node_->activate();
   hand_in_infos();
   hand_in_frames(1);
@@ -170,8 +172,100 @@ TEST_F(Ros2Node, ReadsParametersWhenItIsConfigured) {
   EXPECT_LT(static_cast<double>(grid.info.height) * static_cast<double>(grid.info.resolution), 40);
   node_->deactivate();
   node_->cleanup();
+  EXPECT_TRUE(node_->set_parameter({"grid.length_m", 1e6}).successful);
   EXPECT_EQ(node_->configure().id(), unconfigured);
   EXPECT_THAT(logged(), Contains(HasSubstr("grid.length_m")));
+}
+
+TEST_F(Ros2Node, TakesThresholdsBetweenFrames) {
+  start({{"poses", std::string{"none"}}});
+  hand_in_infos();
+  hand_in_frames(1);
+  const auto points{[] {
+    stereogrid::messages::sensor_msgs::PointCloud2 cloud;
+    const auto messages{published("/stereo_grid/points")};
+    if (!messages.empty()) stereogrid::messages::decode(std::as_bytes(std::span{messages.back()}), cloud);
+    return cloud.width;
+  }};
+  ASSERT_TRUE(wait_for([&] { return points() > 0; }));
+  const std::uint32_t before{points()};
+  EXPECT_TRUE(node_->set_parameter({"points_voxel", std::int64_t{0}}).successful);
+  hand_in_pair(1);
+  EXPECT_TRUE(wait_for([&] { return points() > 2 * before; })) << before << " " << points();
+
+  const auto pairs_at{[&](std::int64_t late_ns) {  // true: there is a grid
+    const stereogrid::StereoFrame frame{scene_.load(3)};
+    const std::size_t count{published(grids).size()};
+    const std::int64_t at_ns{begin_ns + late_ns * 100};
+    hand_in("left/image_rect", message_of(frame.left, at_ns));
+    hand_in("right/image_rect", message_of(frame.right, at_ns + late_ns));
+    return wait_for_grid(count);
+  }};
+  EXPECT_FALSE(pairs_at(50'000'000));
+  EXPECT_TRUE(node_->set_parameter({"pair_tolerance", 0.2}).successful);
+  std::this_thread::sleep_for(300ms);  // the thread reads it ten times a second
+  EXPECT_TRUE(pairs_at(100'000'000));
+
+  EXPECT_THAT(node_->set_parameter({"transform_tolerance", -1.0}).reason, HasSubstr("(allowed 0 to 60)"));
+  EXPECT_THAT(node_->set_parameter({"points_voxel", 11.0}).reason, HasSubstr("(allowed 0, or 0.01 to 10)"));
+  EXPECT_THAT(node_->set_parameter({"points_voxel", std::string{"all"}}).reason, HasSubstr("wrong type"));
+  EXPECT_EQ(node_->get_parameter("points_voxel").as_int(), 0);
+}
+
+TEST_F(Ros2Node, EncodesOnlyWhatIsSubscribedTo) {
+  stand_in::world().subscriptions = {{"/stereo_grid/points", 0},
+                                     {"/stereo_grid/obstacle_markers", 0},
+                                     {"/stereo_grid/disparity", 0},
+                                     {"/stereo_grid/status", 0}};
+  start({{"poses", std::string{"none"}}});
+  hand_in_infos();
+  hand_in_frames(2);
+  EXPECT_TRUE(wait_for([] { return published("/stereo_grid/scan").size() == 2; }));
+  for (const char* topic : {"points", "obstacle_markers", "disparity", "status"}) {
+    EXPECT_THAT(published(std::string{"/stereo_grid/"} + topic), IsEmpty()) << topic;
+  }
+  stand_in::world().subscriptions.clear();
+}
+
+TEST_F(Ros2Node, WarnsInDiagnosticsWhereAThirdOfTheFramesIsDropped) {
+  start({{"poses", std::string{"none"}}});
+  hand_in_infos();
+  hand_in_frames(1);
+  const auto last_status{[] {
+    stereogrid::messages::diagnostic_msgs::DiagnosticArray array;
+    const auto messages{published("/diagnostics")};
+    if (!messages.empty()) stereogrid::messages::decode(std::as_bytes(std::span{messages.back()}), array);
+    return array.status.empty() ? stereogrid::messages::diagnostic_msgs::DiagnosticStatus{} : array.status.front();
+  }};
+  const stereogrid::StereoFrame frame{scene_.load(1)};
+  for (std::int64_t i{1}; i <= 12; ++i) {  // 5 Hz; one right image in two is missing
+    const std::size_t count{published(grids).size()};
+    hand_in("left/image_rect", message_of(frame.left, begin_ns + i * second_ns / 5));
+    if (i % 2 == 1) continue;
+    hand_in("right/image_rect", message_of(frame.right, begin_ns + i * second_ns / 5));
+    ASSERT_TRUE(wait_for_grid(count));
+  }
+  EXPECT_TRUE(wait_for([&] { return last_status().message.find("frames dropped") != std::string::npos; }));
+  EXPECT_EQ(last_status().level, std::byte{1});
+  EXPECT_EQ(last_status().name, "stereo_grid");
+  EXPECT_EQ(last_status().hardware_id, "stereo_grid_left_optical");
+}
+
+TEST_F(Ros2Node, HasTheCovariancesOfVisualOdometryOnly) {
+  for (const char* poses : {"images", "tf"}) {
+    node_.reset();
+    stand_in::world().published.clear();
+    start({{"poses", std::string{poses}}});
+    hand_in_infos();
+    hand_in_frames(3);
+    ASSERT_TRUE(wait_for([] { return published("/stereo_grid/odometry").size() == 3; }));
+    stereogrid::messages::nav_msgs::Odometry odometry;
+    stereogrid::messages::decode(std::as_bytes(std::span{published("/stereo_grid/odometry").back()}), odometry);
+    const double variance{odometry.pose.covariance[0]};
+    EXPECT_EQ(variance > 0, std::string{poses} == "images") << variance;
+    EXPECT_LT(variance, 0.01);
+    EXPECT_EQ(odometry.twist.covariance[35] > 0, std::string{poses} == "images");
+  }
 }
 
 TEST_F(Ros2Node, ReadsTransformsWithItsOwnRemappings) {

@@ -10,6 +10,7 @@
 #include <sstream>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "stereogrid/error.hpp"
@@ -20,26 +21,41 @@ namespace {
 
 using stereogrid::ConfigError;
 
-/// Value of a parameter, which is declared if it is not yet. Without a fixed type: 30 is as good as 30.0.
+/// A node, and the names of the parameters that were read from it.
+struct Reader {
+  rclcpp_lifecycle::LifecycleNode& node;
+  std::set<std::string> names{};
+};
+
+/// Throws ConfigError: not of type T. 30 is as good as 30.0.
 template <class T>
-T value_of(rclcpp_lifecycle::LifecycleNode& node, const std::string& name, const T& usual, const std::string& sentence,
-           const std::string& allowed = "") {
-  rcl_interfaces::msg::ParameterDescriptor descriptor;
-  descriptor.description = sentence;
-  descriptor.additional_constraints = allowed;  // as text: rclcpp's own check would not name the limits
-  descriptor.dynamic_typing = true;
-  if (!node.has_parameter(name)) node.declare_parameter(name, rclcpp::ParameterValue{usual}, descriptor);
-  const rclcpp::ParameterValue value{node.get_parameter(name).get_parameter_value()};
+T value_of(const rclcpp::Parameter& parameter, const T& usual, const std::string& sentence) {
+  const rclcpp::ParameterValue value{parameter.get_parameter_value()};
   if constexpr (std::is_same_v<T, double>) {
     if (value.get_type() == rclcpp::ParameterType::PARAMETER_INTEGER) {
       return static_cast<double>(value.get<std::int64_t>());
     }
   }
   if (value.get_type() != rclcpp::ParameterValue{usual}.get_type()) {
-    throw ConfigError{"parameter " + name + " is of the wrong type; it is usually " +
+    throw ConfigError{"parameter " + parameter.get_name() + " is of the wrong type; it is usually " +
                       rclcpp::to_string(rclcpp::ParameterValue{usual}) + ". " + sentence};
   }
   return value.get<T>();
+}
+
+/// Value of a parameter, which is declared if it is not yet. Without a fixed type.
+template <class T>
+T value_of(Reader& reader, const std::string& name, const T& usual, const std::string& sentence,
+           const std::string& allowed = "") {
+  rcl_interfaces::msg::ParameterDescriptor descriptor;
+  descriptor.description = sentence;
+  descriptor.additional_constraints = allowed;  // as text: rclcpp's own check would not name the limits
+  descriptor.dynamic_typing = true;
+  if (!reader.node.has_parameter(name)) {
+    reader.node.declare_parameter(name, rclcpp::ParameterValue{usual}, descriptor);
+  }
+  reader.names.insert(name);
+  return value_of(reader.node.get_parameter(name), usual, sentence);
 }
 
 template <class Words>
@@ -50,44 +66,61 @@ std::string list_of(const Words& words) {
 }
 
 template <class T>
-void read_field(rclcpp_lifecycle::LifecycleNode& node, const std::string& name, const std::string& sentence, T& value,
+void read_field(Reader& reader, const std::string& name, const std::string& sentence, T& value,
                 const std::string& range = "") {
   if constexpr (std::is_enum_v<T>) {
     const auto names{names_of(T{})};
     const std::string usual{names.at(static_cast<std::size_t>(value))};
-    const std::string given{value_of(node, name, usual, sentence, list_of(names))};
+    const std::string given{value_of(reader, name, usual, sentence, list_of(names))};
     const auto* const found{std::ranges::find(names, given)};
     if (found == names.end()) {
       throw ConfigError{"parameter " + name + ": " + given + " (allowed " + list_of(names) + ")."};
     }
     value = static_cast<T>(found - names.begin());
   } else if constexpr (std::is_same_v<T, int>) {
-    const std::int64_t given{value_of(node, name, std::int64_t{value}, sentence, range)};
+    const std::int64_t given{value_of(reader, name, std::int64_t{value}, sentence, range)};
     value = static_cast<int>(std::clamp<std::int64_t>(given, -1'000'000'000, 1'000'000'000));  // problems() says more
   } else {
-    value = value_of(node, name, value, sentence, range);
+    value = value_of(reader, name, value, sentence, range);
   }
 }
 
-std::chrono::nanoseconds seconds(rclcpp_lifecycle::LifecycleNode& node, const std::string& name, double usual,
-                                 const char* sentence) {
-  const double given{value_of(node, name, usual, sentence, "0 to 60")};
-  if (!(given >= 0 && given <= 60)) {
-    throw ConfigError{"parameter " + name + ": " + std::to_string(given) + " s (allowed 0 to 60 s)."};
+/// A threshold: 0, or `minimum` to `maximum`.
+struct Threshold {
+  const char* name;
+  double Thresholds::*value;
+  double minimum;
+  double maximum;
+  const char* allowed;
+  const char* sentence;
+};
+constexpr std::array all_thresholds{
+    Threshold{"pair_tolerance", &Thresholds::pair_tolerance_s, 0, 60, "0 to 60",
+              "Maximum difference of a pair's stamps, s."},
+    Threshold{"transform_tolerance", &Thresholds::transform_tolerance_s, 0, 60, "0 to 60",
+              "Maximum wait for a transform, s."},
+    Threshold{"points_voxel", &Thresholds::points_voxel_m, 0.01, 10, "0, or 0.01 to 10",
+              "Side of the voxels with one point each in clouds of points, m; 0: all points."}};
+
+Thresholds read_thresholds(Reader& reader) {
+  Thresholds thresholds;
+  for (const Threshold& one : all_thresholds) {
+    static_cast<void>(value_of(reader, one.name, thresholds.*one.value, one.sentence, one.allowed));
+    set_threshold(thresholds, reader.node.get_parameter(one.name));
   }
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>{given});
+  return thresholds;
 }
 
 /// Throws ConfigError with all problems at once.
-stereogrid::Config read_config(rclcpp_lifecycle::LifecycleNode& node) {
+stereogrid::Config read_config(Reader& reader) {
   stereogrid::Config config{stereogrid::preset(
-      value_of<std::string>(node, "preset", "default", "default, robot (a low camera), or paper (as published)."))};
+      value_of<std::string>(reader, "preset", "default", "default, robot (a low camera), or paper (as published)."))};
   visit_parameters(config, [&](std::string_view group, const stereogrid::Parameter& parameter, auto& value) {
     std::string sentence{parameter.sentence};
     if (!parameter.unit.empty()) sentence += " [" + std::string{parameter.unit} + "]";
     std::ostringstream range;
     range << parameter.minimum << " to " << parameter.maximum;
-    read_field(node, std::string{group} + "." + std::string{parameter.name}, sentence, value, range.str());
+    read_field(reader, std::string{group} + "." + std::string{parameter.name}, sentence, value, range.str());
   });
   std::string all;
   for (const std::string& problem : problems(config)) all += (all.empty() ? "" : " ") + problem;
@@ -96,17 +129,17 @@ stereogrid::Config read_config(rclcpp_lifecycle::LifecycleNode& node) {
 }
 
 /// Parameter with one of these values; the first is the default.
-std::string one_of(rclcpp_lifecycle::LifecycleNode& node, const std::string& name,
-                   std::initializer_list<const char*> words, const char* sentence) {
-  const std::string given{value_of(node, name, std::string{*words.begin()}, sentence, list_of(words))};
+std::string one_of(Reader& reader, const std::string& name, std::initializer_list<const char*> words,
+                   const char* sentence) {
+  const std::string given{value_of(reader, name, std::string{*words.begin()}, sentence, list_of(words))};
   if (std::ranges::find(words, given) != words.end()) return given;
   throw ConfigError{"parameter " + name + ": " + given + " (allowed " + list_of(words) + ")."};
 }
 
-stereogrid::PipelineOptions read_pipeline(rclcpp_lifecycle::LifecycleNode& node) {
+stereogrid::PipelineOptions read_pipeline(Reader& reader) {
   stereogrid::PipelineOptions pipeline;
-  read_field(node, "threads", "Threads of the pipeline; 0: all cores.", pipeline.threads);
-  const std::string device{one_of(node, "device", {"auto", "cpu", "cuda"}, "auto (a GPU if present), cpu or cuda.")};
+  read_field(reader, "threads", "Threads of the pipeline; 0: all cores.", pipeline.threads);
+  const std::string device{one_of(reader, "device", {"auto", "cpu", "cuda"}, "auto (a GPU if present), cpu or cuda.")};
   pipeline.back_end = device == "cpu"    ? stereogrid::BackEnd::cpu
                       : device == "cuda" ? stereogrid::BackEnd::cuda
                                          : stereogrid::BackEnd::automatic;
@@ -129,24 +162,38 @@ void check(const stereogrid::messages::FrameMessagesOptions& options) {
 }  // namespace
 
 bool is_autostarted(rclcpp_lifecycle::LifecycleNode& node) {
-  return value_of(node, "autostart", true,
+  Reader reader{node};
+  return value_of(reader, "autostart", true,
                   "True: active from the start. False: a lifecycle manager activates the node.");
 }
 
+bool set_threshold(Thresholds& thresholds, const rclcpp::Parameter& parameter) {
+  const auto* const found{std::ranges::find(all_thresholds, parameter.get_name(), &Threshold::name)};
+  if (found == all_thresholds.end()) return false;
+  const double given{value_of(parameter, thresholds.*found->value, found->sentence)};
+  if (given != 0 && !(given >= found->minimum && given <= found->maximum)) {
+    throw ConfigError{"parameter " + parameter.get_name() + ": " + std::to_string(given) + " (allowed " +
+                      found->allowed + ")."};
+  }
+  thresholds.*found->value = given;
+  return true;
+}
+
 Settings read_settings(rclcpp_lifecycle::LifecycleNode& node) {
+  Reader reader{node};
   const auto text = [&](const char* name, const char* usual, const char* sentence) {
-    return value_of(node, name, std::string{usual}, sentence);
+    return value_of(reader, name, std::string{usual}, sentence);
   };
   Settings settings;
-  settings.config = read_config(node);
-  settings.pipeline = read_pipeline(node);
-  settings.input = one_of(node, "input", {"stereo", "depth", "disparity"},
+  settings.config = read_config(reader);
+  settings.pipeline = read_pipeline(reader);
+  settings.input = one_of(reader, "input", {"stereo", "depth", "disparity"},
                           "stereo (right images), depth (of the left images) or disparity (DisparityImage).");
-  settings.image_transport =
-      one_of(node, "image_transport", {"raw", "compressed"}, "raw or compressed (…/compressed) left and right images.");
-  settings.depth_image_transport = one_of(node, "depth_image_transport", {"raw", "compressedDepth", "compressed"},
+  settings.image_transport = one_of(reader, "image_transport", {"raw", "compressed"},
+                                    "raw or compressed (…/compressed) left and right images.");
+  settings.depth_image_transport = one_of(reader, "depth_image_transport", {"raw", "compressedDepth", "compressed"},
                                           "raw, compressedDepth or compressed (PNG) depth images.");
-  settings.are_rectified = value_of(node, "rectified", true, "True: the topics have rectified images.");
+  settings.are_rectified = value_of(reader, "rectified", true, "True: the topics have rectified images.");
   if (settings.input == "disparity" && !settings.are_rectified) {
     throw ConfigError{"parameter rectified: false (allowed true, since disparities are of rectified images)."};
   }
@@ -154,28 +201,24 @@ Settings read_settings(rclcpp_lifecycle::LifecycleNode& node) {
   settings.robot_base_frame = text("robot_base_frame", "base_footprint",
                                    "Frame whose z = 0 is the road; empty: extrinsics are not read from TF.");
   settings.pipeline.extrinsics_given = !settings.robot_base_frame.empty();
-  settings.poses = one_of(node, "poses", {"tf", "images", "none"},
+  settings.poses = one_of(reader, "poses", {"tf", "images", "none"},
                           "Source of the camera's poses: tf, images (visual odometry) or none.");
   settings.pipeline.in_world_of_poses = settings.poses == "tf";
-  settings.pair_tolerance = seconds(node, "pair_tolerance", 0.01, "Maximum difference of a pair's stamps, s.");
-  settings.transform_tolerance = seconds(node, "transform_tolerance", 0.2, "Maximum wait for a transform, s.");
-
   settings.messages.node = std::string{node.get_node_base_interface()->get_fully_qualified_name()}.substr(1);
   settings.messages.world_frame = settings.global_frame;
   settings.messages.vehicle_frame =
       text("vehicle_frame", "stereo_grid", "Published frame on the road below the left camera.");
   settings.messages.camera_frame = settings.messages.vehicle_frame + "_left_optical";
-  read_field(node, "value_scale", "Values of occupancy grids: percent, trinary, nav2 or autoware.",
+  read_field(reader, "value_scale", "Values of occupancy grids: percent, trinary, nav2 or autoware.",
              settings.messages.scale);
   if (settings.messages.scale == stereogrid::OccupancyScale::autoware && settings.global_frame != "map") {
     throw ConfigError{"parameter global_frame: " + settings.global_frame +
                       " (allowed map with value_scale autoware, since Autoware reads its grids in map)."};
   }
-  settings.messages.topics = value_of(node, "topics", std::vector<std::string>{}, "Published topics; empty: all.");
-  settings.messages.points_voxel_m =
-      value_of(node, "points_voxel", settings.messages.points_voxel_m,
-               "Side of the voxels with one point each in clouds of points, m; 0: all points.", "0, or 0.01 to 10");
+  settings.messages.topics = value_of(reader, "topics", std::vector<std::string>{}, "Published topics; empty: all.");
+  settings.thresholds = read_thresholds(reader);
   check(settings.messages);
+  settings.names = std::move(reader.names);
   return settings;
 }
 

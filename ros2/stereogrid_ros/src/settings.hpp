@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <chrono>
+#include <set>
 #include <string>
 
 #include <geometry_msgs/msg/transform.hpp>
@@ -18,6 +18,13 @@
 
 namespace stereogrid_ros {
 
+/// Parameters that may change while the node is configured, from the next frame on.
+struct Thresholds {
+  double pair_tolerance_s{0.01};
+  double transform_tolerance_s{0.2};
+  double points_voxel_m{0.1};
+};
+
 /// The node's parameters (config/stereo_grid.yaml).
 struct Settings {
   stereogrid::Config config;
@@ -30,8 +37,8 @@ struct Settings {
   std::string global_frame;      ///< frame of the poses
   std::string robot_base_frame;  ///< frame of the extrinsics: its z = 0 is the road
   std::string poses;             ///< tf, images, none
-  std::chrono::nanoseconds pair_tolerance{};
-  std::chrono::nanoseconds transform_tolerance{};
+  Thresholds thresholds;
+  std::set<std::string> names;  ///< names of all parameters that were read
 };
 
 /// Parameter autostart, declared if it is not yet. Throws stereogrid::ConfigError: not a boolean.
@@ -40,6 +47,9 @@ struct Settings {
 /// Each parameter of stereogrid::Config as "group.name", and the node's own ones; those that are not yet declared are
 /// declared with range and description. Throws stereogrid::ConfigError: all invalid values.
 [[nodiscard]] Settings read_settings(rclcpp_lifecycle::LifecycleNode& node);
+
+/// Sets one of the thresholds; false: `parameter` is none of them. Throws stereogrid::ConfigError: its value.
+bool set_threshold(Thresholds& thresholds, const rclcpp::Parameter& parameter);
 
 /// Throws stereogrid::InputError: binning, or a region of interest.
 [[nodiscard]] stereogrid::io::RosCamera camera_of(const sensor_msgs::msg::CameraInfo& info, const std::string& name);

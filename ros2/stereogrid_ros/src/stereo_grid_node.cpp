@@ -29,6 +29,10 @@ std::int64_t nanoseconds(T instant) {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(instant.time_since_epoch()).count();
 }
 
+std::chrono::nanoseconds duration_of(double seconds) {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>{seconds});
+}
+
 }  // namespace
 
 StereoGridNode::StereoGridNode(const rclcpp::NodeOptions& options)
@@ -51,9 +55,40 @@ StereoGridNode::CallbackReturn StereoGridNode::on_configure(const rclcpp_lifecyc
     RCLCPP_ERROR(get_logger(), "%s", error.what());
     return CallbackReturn::FAILURE;
   }
+  thresholds_ = settings_.thresholds;
+  on_set_ = add_on_set_parameters_callback([this](const auto& parameters) { return set(parameters); });
   transforms_.emplace(get_clock());
   listener_.emplace(*transforms_, this);  // with the node's remappings
   return CallbackReturn::SUCCESS;
+}
+
+rcl_interfaces::msg::SetParametersResult StereoGridNode::set(const std::vector<rclcpp::Parameter>& parameters) {
+  rcl_interfaces::msg::SetParametersResult result;
+  try {
+    Thresholds changed{thresholds()};
+    for (const rclcpp::Parameter& parameter : parameters) {
+      if (set_threshold(changed, parameter) || !settings_.names.contains(parameter.get_name())) continue;
+      throw stereogrid::ConfigError{"parameter " + parameter.get_name() +
+                                    " is read by configure: deactivate and clean up the node first."};
+    }
+    const std::scoped_lock lock{mutex_};
+    thresholds_ = changed;
+    result.successful = true;
+  } catch (const stereogrid::ConfigError& error) {
+    result.successful = false;
+    result.reason = error.what();
+  }
+  return result;
+}
+
+// The mutex is locked.
+stereogrid::capture::PairingOptions StereoGridNode::pairing() const {
+  return {.tolerance = duration_of(thresholds_.pair_tolerance_s), .has_depth = settings_.input != "stereo"};
+}
+
+Thresholds StereoGridNode::thresholds() {
+  const std::scoped_lock lock{mutex_};
+  return thresholds_;
 }
 
 void StereoGridNode::set_failure_handler(std::function<void()> handler) {
@@ -80,6 +115,7 @@ StereoGridNode::CallbackReturn StereoGridNode::on_deactivate(const rclcpp_lifecy
 }
 
 StereoGridNode::CallbackReturn StereoGridNode::on_cleanup(const rclcpp_lifecycle::State& /*previous*/) {
+  on_set_.reset();
   listener_.reset();
   transforms_.reset();
   return CallbackReturn::SUCCESS;
@@ -184,8 +220,8 @@ void StereoGridNode::set_extrinsics_from_tf(stereogrid::Rig& rig, const std::str
 
 // Waits in wall time: the buffer's own wait is in ROS time, which stands still while a simulation is paused.
 geometry_msgs::msg::Transform StereoGridNode::look_up(const std::string& target, const std::string& source,
-                                                      const rclcpp::Time& instant) const {
-  const Clock::time_point end{Clock::now() + settings_.transform_tolerance};
+                                                      const rclcpp::Time& instant) {
+  const Clock::time_point end{Clock::now() + duration_of(thresholds().transform_tolerance_s)};
   for (;;) {
     try {
       return transforms_->lookupTransform(target, source, instant, rclcpp::Duration{0ns}).transform;
@@ -203,11 +239,15 @@ std::shared_ptr<StereoGridNode::Pair> StereoGridNode::current_pair() {
   return pair_;
 }
 
-void StereoGridNode::place(stereogrid::StereoFrame& frame, std::optional<stereogrid::VisualOdometry>& odometry,
+void StereoGridNode::place(PreparedFrame& prepared, std::optional<stereogrid::VisualOdometry>& odometry,
                            const stereogrid::Rig& rig) {
+  stereogrid::StereoFrame& frame{prepared.frame};
   if (settings_.poses == "images") {
     if (!odometry) odometry.emplace(rig);
-    frame.world_from_vehicle = odometry->update(frame).world_from_vehicle;
+    stereogrid::OdometryStep step{odometry->update(frame)};
+    frame.world_from_vehicle = step.world_from_vehicle;
+    prepared.covariances = step.covariances;
+    prepared.warning = std::move(step.warning);
   } else if (settings_.poses == "tf") {
     frame.world_from_vehicle =
         pose_of(look_up(settings_.global_frame, camera_frame_, rclcpp::Time{frame.stamp_ns, RCL_ROS_TIME}));
@@ -229,13 +269,14 @@ class StereoGridNode::Frames final : public stereogrid::capture::FrameHandler {
       odometry_.reset();
       resets_before_ = true;
     }
+    pair_->set_tolerance(duration_of(node_.thresholds().pair_tolerance_s));
     const std::string fault{pair_->fault()};
     if (!fault.empty()) node_.warn(fault);
     std::optional<stereogrid::capture::LiveFrame> live{pair_->next(100ms)};
     if (!live) return std::nullopt;
     PreparedFrame prepared{.frame = std::move(live->frame), .captured = live->captured};
     prepared.frame.stamp_ns = nanoseconds(live->captured) + node_.clock_ns_;
-    node_.place(prepared.frame, odometry_, pair_->rig());
+    node_.place(prepared, odometry_, pair_->rig());
     prepared.resets_before = std::exchange(resets_before_, false);
     return prepared;
   }
@@ -244,7 +285,11 @@ class StereoGridNode::Frames final : public stereogrid::capture::FrameHandler {
     if (result.rig != rig_) messages_.set_rig(rig_ = result.rig);  // found in an earlier frame
     for (const stereogrid::Warning& warning : result.warnings) node_.warn(warning.text);
     const std::vector<stereogrid::messages::Dropped> dropped{node_.dropped_by(*pair_)};
-    messages_.send(result, {.stamp_ns = prepared.frame.stamp_ns, .frames = ++frames_, .dropped = dropped});
+    messages_.set_points_voxel(node_.thresholds().points_voxel_m);
+    messages_.send(result, {.stamp_ns = prepared.frame.stamp_ns,
+                            .frames = ++frames_,
+                            .dropped = dropped,
+                            .covariances = prepared.covariances});
   }
 
   void refuse(const std::string& reason) override {

@@ -117,6 +117,8 @@ class StereoGridNode final : public rclcpp_lifecycle::LifecycleNode {
   /// Images of a transport of image_transport, which `add` adds to the pair.
   void subscribe_images(Side side, const std::string& topic, const std::string& transport, const AddImage& add);
   void stop();
+  /// Thresholds are set; other parameters of configure are refused.
+  [[nodiscard]] rcl_interfaces::msg::SetParametersResult set(const std::vector<rclcpp::Parameter>& parameters);
   void take_info(Side side, const sensor_msgs::msg::CameraInfo& info);
   void take_disparity(const stereo_msgs::msg::DisparityImage& disparity);
   /// Adds an image by `add` to the pair, if there is one.
@@ -135,15 +137,13 @@ class StereoGridNode final : public rclcpp_lifecycle::LifecycleNode {
   [[nodiscard]] stereogrid::io::Calibration calibration_of(
       const sensor_msgs::msg::CameraInfo& left, const std::optional<sensor_msgs::msg::CameraInfo>& right) const;
   [[nodiscard]] std::shared_ptr<Pair> current_pair();
-  [[nodiscard]] stereogrid::capture::PairingOptions pairing() const {
-    return {.tolerance = settings_.pair_tolerance, .has_depth = settings_.input != "stereo"};
-  }
+  [[nodiscard]] stereogrid::capture::PairingOptions pairing() const;
+  [[nodiscard]] Thresholds thresholds();
   void set_extrinsics_from_tf(stereogrid::Rig& rig, const std::string& camera_frame);
   [[nodiscard]] geometry_msgs::msg::Transform look_up(const std::string& target, const std::string& source,
-                                                      const rclcpp::Time& instant) const;
+                                                      const rclcpp::Time& instant);
   void go_on();
-  void place(stereogrid::StereoFrame& frame, std::optional<stereogrid::VisualOdometry>& odometry,
-             const stereogrid::Rig& rig);
+  void place(PreparedFrame& prepared, std::optional<stereogrid::VisualOdometry>& odometry, const stereogrid::Rig& rig);
   [[nodiscard]] std::vector<stereogrid::messages::Dropped> dropped_by(const Pair& pair) const;
 
   Settings settings_;  // read by the last on_configure()
@@ -151,9 +151,11 @@ class StereoGridNode final : public rclcpp_lifecycle::LifecycleNode {
   std::optional<tf2_ros::Buffer> transforms_;  // from configuration to cleanup
   std::optional<tf2_ros::TransformListener> listener_;
   std::vector<rclcpp::SubscriptionBase::SharedPtr> subscriptions_;
+  rclcpp::node_interfaces::OnSetParametersCallbackHandle::SharedPtr on_set_;  // from configuration to cleanup
 
   std::mutex mutex_;  // guards the members up to failure_handler_
   std::condition_variable changed_;
+  Thresholds thresholds_;
   std::array<std::optional<sensor_msgs::msg::CameraInfo>, 2> infos_;  // not yet used
   std::atomic<double> baseline_m_{0};                                 // baseline of the disparities; 0: none so far
   std::array<std::int64_t, 2> newest_ns_{};

@@ -49,6 +49,8 @@ class STEREOGRID_EXPORT CameraPair final : public LiveSource {
   /// Counts an unusable image; the next one may be usable.
   void add_unusable();
 
+  /// Sets PairingOptions::tolerance for the images that come from now on.
+  void set_tolerance(std::chrono::nanoseconds tolerance);
   /// The camera is lost, or whatever else stands in the way, and what would mend it; until the next pair comes.
   void set_fault(std::string sentence);
   /// Frames that come now are another stream's: LiveFrame::resets_before.

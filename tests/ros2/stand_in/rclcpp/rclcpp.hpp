@@ -306,6 +306,14 @@ class NodeBaseInterface {
   std::string full_name_;
 };
 
+/// The callback is removed with its last handle.
+struct OnSetParametersCallbackHandle {
+  using SharedPtr = std::shared_ptr<OnSetParametersCallbackHandle>;
+  using OnSetParametersCallbackType =
+      std::function<rcl_interfaces::msg::SetParametersResult(const std::vector<Parameter>&)>;
+  OnSetParametersCallbackType callback;
+};
+
 }  // namespace node_interfaces
 
 class Node {
@@ -332,6 +340,9 @@ class Node {
     }
     if (!descriptor.dynamic_typing && value.get_type() != usual.get_type()) throw std::invalid_argument{name};
     if (!is_within(value, descriptor)) throw exceptions::InvalidParameterValueException{name + " is out of range"};
+    if (const auto result{ask({{name, value}})}; !result.successful) {
+      throw exceptions::InvalidParameterValueException{result.reason};
+    }
     const auto [place, is_new]{declared_.emplace(name, Declared{value, descriptor})};
     if (!is_new) throw std::logic_error{"parameter " + name + " is declared twice"};
     return place->second.value;
@@ -343,8 +354,18 @@ class Node {
     const ParameterValue& value{changed.get_parameter_value()};
     const bool is_type{declared.descriptor.dynamic_typing || value.get_type() == declared.value.get_type()};
     const bool is_allowed{!declared.descriptor.read_only && is_type && is_within(value, declared.descriptor)};
-    if (is_allowed) declared.value = value;
-    return {is_allowed, is_allowed ? "" : changed.get_name() + " is read-only, of another type or out of range"};
+    if (!is_allowed) return {false, changed.get_name() + " is read-only, of another type or out of range"};
+    const auto result{ask({changed})};
+    if (result.successful) declared.value = value;
+    return result;
+  }
+  using OnSetParametersCallbackHandle = node_interfaces::OnSetParametersCallbackHandle;
+  [[nodiscard]] OnSetParametersCallbackHandle::SharedPtr add_on_set_parameters_callback(
+      OnSetParametersCallbackHandle::OnSetParametersCallbackType callback) {
+    const auto handle{std::make_shared<OnSetParametersCallbackHandle>()};
+    handle->callback = std::move(callback);
+    on_set_.push_back(handle);
+    return handle;
   }
   [[nodiscard]] std::size_t parameters() const { return declared_.size(); }
 
@@ -375,6 +396,15 @@ class Node {
     rcl_interfaces::msg::ParameterDescriptor descriptor;
   };
 
+  [[nodiscard]] rcl_interfaces::msg::SetParametersResult ask(const std::vector<Parameter>& parameters) const {
+    for (const auto& one : on_set_) {
+      const auto handle{one.lock()};
+      if (!handle) continue;
+      if (auto result{handle->callback(parameters)}; !result.successful) return result;
+    }
+    return {true, ""};
+  }
+
   static bool is_within(const ParameterValue& value, const rcl_interfaces::msg::ParameterDescriptor& descriptor) {
     for (const auto& range : descriptor.integer_range) {
       if (value.get<std::int64_t>() < range.from_value || value.get<std::int64_t>() > range.to_value) return false;
@@ -388,6 +418,7 @@ class Node {
   node_interfaces::NodeBaseInterface::SharedPtr base_;
   NodeOptions options_;
   std::map<std::string, Declared> declared_;
+  std::vector<std::weak_ptr<OnSetParametersCallbackHandle>> on_set_;
 };
 
 inline void init(int argc, char** argv) {

@@ -38,6 +38,7 @@ class LifecycleNode : public node_interfaces::LifecycleNodeInterface, private rc
  public:
   explicit LifecycleNode(const std::string& name, const rclcpp::NodeOptions& options) : rclcpp::Node{name, options} {}
 
+  using rclcpp::Node::add_on_set_parameters_callback;
   using rclcpp::Node::create_generic_publisher;
   using rclcpp::Node::create_subscription;
   using rclcpp::Node::declare_parameter;
