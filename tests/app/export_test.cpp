@@ -208,6 +208,8 @@ TEST(Nav2Params, OfARunTakeNoSettings) {
                 HasSubstr("A run has its own settings"));
   }
   EXPECT_THAT(errors_of(65, {"nav2-params", folder / "none.yaml"}), HasSubstr("none.yaml"));
+  EXPECT_THAT(errors_of(65, {"nav2-params", folder / "run" / "grids"}),
+              HasSubstr("grids: is not a run. Give its calibration file"));
 }
 
 }  // namespace

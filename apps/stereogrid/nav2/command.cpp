@@ -32,6 +32,10 @@ std::string parameters_of_run(const Nav2ParamsOptions& options, messages::Nav2Op
   if (has_settings || !options.predict_s.empty()) {
     throw ConfigError{"A run has its own settings. Give its calibration instead of the run to change them."};
   }
+  if (!io::is_there(std::filesystem::path{options.input} / "run.json")) {
+    throw InputError{io::printable_path(options.input), "is not a run.",
+                     "Give its calibration file, such as calib.txt, or the folder of `stereogrid run --out`."};
+  }
   const io::RunReader run{options.input};
   nav2.has_predictions = !run.predict_s().empty();
   return messages::nav2_local_costmap(run.rig_of(run.frames().back()), run.grid(), nav2);

@@ -93,7 +93,8 @@ RunReader::RunReader(fs::path folder) : folder_{std::move(folder)} {
 
 void RunReader::read_run() {
   const fs::path file{folder_ / "run.json"};
-  if (!is_there(file) && is_there(folder_ / "frames.jsonl")) {
+  if (!is_there(file)) {
+    if (!is_there(folder_ / "frames.jsonl")) throw InputError{printable_path(folder_), "is not a run.", mend};
     throw InputError{printable_path(file), "is missing, but there are frames of a run (frames.jsonl).",
                      "Without it their settings are unknown. Put it back, or run again in another folder."};
   }
