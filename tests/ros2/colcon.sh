@@ -71,7 +71,7 @@ for package in $packages; do
   colcon list | grep -q "$package.*(ros.ament_cmake)" || fail "colcon does not see the ament_cmake package $package"
 done
 testing=OFF
-[ ! -d /usr/share/ament_cmake_cpplint ] || testing=ON
+[ ! -d /usr/share/ament_cmake_copyright ] || testing=ON
 settings=(-GNinja -DPython3_EXECUTABLE=/usr/bin/python3 -DBUILD_SHARED_LIBS=ON -DBUILD_TESTING=$testing)
 build_packages() { # build_packages PREFIXES [OPTION…]
   env ${ros:+AMENT_PREFIX_PATH="$ros"} colcon build --event-handlers console_direct+ "${@:2}" \
@@ -88,6 +88,9 @@ for file in stereogrid_ros/lib/libstereogrid_ros.so stereogrid_ros/lib/stereogri
 done
 
 # One clone: the library's project has both packages. Only the layer is compiled, since the library was before.
+for dependency in $(sed -n 's/^ *<[a-z_]*depend>\(.*\)<.*/\1/p' "$source/ros2/stereogrid_ros/package.xml"); do
+  grep -q "depend>$dependency<" "$source/package.xml" || fail "package.xml lacks $dependency, which stereogrid_ros has"
+done
 grep -q "<version>$version</version>" "$source/package.xml" || fail "package.xml is not of version $version"
 [ "$(colcon list --base-paths "$source" | sed 's/\t.*\t/ /')" = "stereogrid (ros.cmake)" ] || fail "colcon does not see one package"
 grep -q "^cmake-args:.*-DSTEREOGRID_ROS2=ON" "$source/colcon.pkg" || fail "colcon.pkg does not set STEREOGRID_ROS2"
