@@ -277,6 +277,16 @@ TEST(DdsTool, WhatItWaitsForItSays) {
               AllOf(HasSubstr("images have no publisher"), HasSubstr("Elsewhere there are: /stereo/left/image_rect")));
 }
 
+TEST(DdsTool, TopicsOfAnotherTypeAreNamed) {
+  const auto node{open_node({.name = "other"})};
+  static_cast<void>(node->sink().add(grid_channel("/wrong/left/image_rect", false)));
+  Peer cameras{bare_peer("pairs /stereo reliable 64x48 5 8")};
+  Peer images{tool("live ros2:/wrong --listen :0", 4)};
+  Peer poses{tool("live ros2:/stereo --poses /stereo/left/image_rect --listen :0", 6)};
+  EXPECT_THAT(all_of(images), HasSubstr("/wrong/left/image_rect is of type nav_msgs/msg/OccupancyGrid"));
+  EXPECT_THAT(all_of(poses), HasSubstr("It is of type sensor_msgs/msg/Image, not nav_msgs/msg/Odometry"));
+}
+
 TEST(DdsTool, WithoutItsLibraryItSaysWhatIsMissing) {
   setenv("STEREOGRID_DDS_LIBRARY", "/nowhere/libstereogrid_dds.so", 1);
   Peer run{tool("run " + scene + " --out never --ros2")};
@@ -285,6 +295,15 @@ TEST(DdsTool, WithoutItsLibraryItSaysWhatIsMissing) {
   EXPECT_EQ(run.exit_code(), 75);
   EXPECT_FALSE(fs::exists("never"));
   unsetenv("STEREOGRID_DDS_LIBRARY");
+}
+
+TEST(DdsTool, LyricalReadsNodesAsJazzyDoes) {
+  for (const char* words : {"export ROS_DISTRO=lyrical; ", ""}) {
+    const std::string live{"live " + scene + " --loop --ros2 --listen :0"};
+    Peer node{words + tool(*words == '\0' ? live + " --ros2-distro lyrical" : live, 6)};
+    Peer peer{bare_peer("node jazzy / stereo_grid rt/stereo_grid/occupancy_grid 10")};
+    EXPECT_THAT(peer.rest(), Contains(StartsWith("node / stereo_grid writes"))) << words;
+  }
 }
 
 TEST(DdsTool, OptionsThatDoNotFitAreRefused) {

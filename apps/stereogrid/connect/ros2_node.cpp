@@ -102,8 +102,8 @@ void add_ros2_options(Command command, Ros2Options& options) {
       .add_option(
           "--ros2-distro", options.distro,
           "Layout of ros_discovery_info, which ros2 node list reads; messages do not depend on it. Default: that of "
-          "ROS_DISTRO, otherwise that of the peers (humble until one is seen).")
-      .one_of({"humble", "jazzy"});
+          "ROS_DISTRO, otherwise that of the peers (humble until one is seen). jazzy, kilted and lyrical share one.")
+      .one_of({"humble", "jazzy", "kilted", "lyrical"});
 }
 
 void refuse_without_node(const Ros2Options& options) {

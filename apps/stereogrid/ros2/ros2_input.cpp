@@ -56,7 +56,12 @@ std::vector<std::byte> wait_for_message(dds::Node& node, const mcap::Topic& topi
   Waiting waiting;
   for (;;) {
     if (auto cdr{newest.of(topic.name)}) return *std::move(cdr);
-    waiting.print(fmt::format("no message has come on {}.", io::printable(topic.name)));
+    std::string sentence{fmt::format("no message has come on {}.", io::printable(topic.name))};
+    for (const dds::PublishedTopic& one : node.topics()) {
+      if (one.name != topic.name || one.type == topic.type) continue;
+      sentence += fmt::format(" It is of type {}, not {}.", one.type, topic.type);
+    }
+    waiting.print(sentence);
   }
 }
 

@@ -34,6 +34,10 @@ std::string list_of(const std::vector<mcap::Topic>& topics) {
   return list;
 }
 
+bool has_name_of_images(const mcap::Topic& topic) {
+  return topic.name.find("image") != std::string::npos;
+}
+
 bool is_depth(const mcap::Topic& topic) {
   return rosbag::depth_kind_of(topic, {}).has_value();
 }
@@ -73,6 +77,11 @@ rosbag::ImageTopics choose(const std::string& name, const std::vector<mcap::Topi
     if (!depth.empty()) {
       throw InputError{name, fmt::format("there is depth on {}, but images have no publisher.", list_of(depth)),
                        "Give the left camera's images: --left-topic TOPIC --right-topic TOPIC (the depth)." + hint};
+    }
+    if (const auto named{std::ranges::find_if(topics, has_name_of_images)}; named != topics.end()) {
+      throw InputError{
+          name, fmt::format("images have no publisher: {} is of type {}.", io::printable(named->name), named->type),
+          "Publish sensor_msgs/msg/Image or CompressedImage." + hint};
     }
     throw InputError{name, "images have no publisher.",
                      hint.empty() ? "Check ROS_DOMAIN_ID and the network." : hint.substr(1)};
