@@ -23,6 +23,7 @@ using namespace std::chrono_literals;
 using capture::Clock;
 
 constexpr auto report_every{10s};
+constexpr auto warn_again_after{1min};  // the same text, numbers aside
 
 /// Latencies of the last frames.
 class LatencyWindow {
@@ -166,7 +167,10 @@ class LiveLoop final : private capture::FrameHandler {
 
   void deliver(capture::PreparedFrame& placed, FrameResult& result) override {
     latency_ = latencies_.add(Clock::now() - placed.captured);
-    if (fusion_warning_) result.warnings.push_back({*fusion_warning_});
+    if (fusion_warning_) {
+      result.warnings.push_back({*fusion_warning_});
+      ++alone_;
+    }
     log_warnings(result.warnings);
     count(placed, result);
     send(placed, result);
@@ -202,13 +206,13 @@ class LiveLoop final : private capture::FrameHandler {
   }
 
   void log_warnings(const std::vector<Warning>& warnings) {
-    std::vector<std::string> now;
+    const Clock::time_point now{Clock::now()};
     for (const Warning& warning : warnings) {
-      now.push_back(without_digits(warning.text));
-      const bool is_new{std::ranges::find(logged_, now.back()) == logged_.end()};
-      spdlog::log(is_new ? spdlog::level::warn : spdlog::level::debug, "{}", warning.text);
+      const auto [last, is_new]{logged_.try_emplace(without_digits(warning.text), now)};
+      const bool is_due{is_new || now - last->second >= warn_again_after};
+      if (is_due) last->second = now;
+      spdlog::log(is_due ? spdlog::level::warn : spdlog::level::debug, "{}", warning.text);
     }
-    logged_ = std::move(now);
   }
 
   // Sentences that count seconds are one and the same.
@@ -228,6 +232,7 @@ class LiveLoop final : private capture::FrameHandler {
     for (const capture::Drop& drop : placed_.dropped()) {
       text += fmt::format("{} {}: {}", text.empty() ? "; not used:" : ",", drop.reason, drop.frames);
     }
+    if (alone_ > 0) text += fmt::format("; not fused: {}", alone_);
     return text;
   }
 
@@ -247,9 +252,10 @@ class LiveLoop final : private capture::FrameHandler {
   std::int64_t frames_{0};
   std::int64_t frames_reported_{0};
   std::int64_t refused_{0};
+  std::int64_t alone_{0};  ///< frames without a grid to fuse
   std::string refused_reason_;
   std::optional<std::string> fusion_warning_;  ///< about the other source of the last frame
-  std::vector<std::string> logged_;
+  std::map<std::string, Clock::time_point> logged_;
   std::string fault_;
   Clock::time_point reported_{Clock::now()};
 };

@@ -60,7 +60,16 @@ void check_options(const RunOptions& options) {
   }
 }
 
+void check_layers(const RunOptions& options, const Config& config) {
+  if (config.ground.model == GroundModel::terrain) return;
+  for (const std::string& layer : options.layers) {
+    if (layer.find("elevation") == std::string::npos && layer.find("terrain") == std::string::npos) continue;
+    throw ConfigError{fmt::format("--layers {}: only with ground.model=terrain.", layer)};
+  }
+}
+
 io::RunRecord record_of(const RunOptions& options, const Input& input, const Pipeline& pipeline) {
+  check_layers(options, pipeline.config());
   const io::FrameRange range{parse_frame_range(options.frames, input.source->size())};
   io::RunDescription run{describe_run(input, options.input, pipeline, range)};
   run.preset = options.config.preset;

@@ -134,6 +134,8 @@ TEST_F(Sparse, UnknownLayersAreRefusedAndThoseThereAreNamed) {
   EXPECT_THAT(errors_of(64, street(folder / "run", {"--layers", "occupancy,speed"})),
               HasSubstr("--layers speed: there is no such layer. There are: observed, elevation_m, "
                         "elevation_sigma_m, occupancy, mov"));
+  EXPECT_THAT(errors_of(64, street(folder / "run", {"--layers", "world_elevation_m", "--set", "ground.model=plane"})),
+              HasSubstr("--layers world_elevation_m: only with ground.model=terrain."));
   EXPECT_THAT(errors_of(64, street(folder / "run", {"--compact", "--layers", "world_occupancy"})),
               HasSubstr("no such layer in --compact. There are: observed, occupancy, moving, age_s, vel"));
   EXPECT_EQ(run_tool(street(folder / "run", {"--every", "0"})).exit_code, 64);
