@@ -13,6 +13,7 @@ MatchingWorkspaceOnDevice::MatchingWorkspaceOnDevice(int width, int height, cons
     semi_global.emplace_back(width, height, config);
   } else {
     short_census.emplace_back(width, height);
+    if (has_slices(config)) slices.emplace_back(width, height);
   }
 }
 
@@ -25,7 +26,11 @@ void find_candidates(Cuda& cuda, View<const std::uint8_t, Device> left, View<con
   } else {
     DescribedOnDevice<std::uint8_t>& described{space.short_census.front()};
     describe(cuda, left, right, plane, compared_bits(config.window_px), described);
-    correlate(cuda, described, config, space.upright.view(), space.level.view());
+    if (has_slices(config)) {
+      correlate(cuda, described, space.slices.front(), config, space.upright.view(), space.level.view());
+    } else {
+      correlate(cuda, described, config, space.upright.view(), space.level.view());
+    }
   }
 }
 

@@ -49,6 +49,18 @@ struct DescribedOnDevice {
   DeviceImage<Descriptor> left, right, sheared;
 };
 
+/// The short census of 32 neighbouring pixels: a word for each bit, the leftmost pixel in its lowest digit.
+struct alignas(16) CensusPlanes {
+  std::uint32_t bits[short_census_bits];
+};
+
+/// The short census of the three images in slices, see correlation/sliced.cu. Words of the left image overlap.
+struct SlicedCensus {
+  SlicedCensus(int width, int height);
+
+  DeviceImage<CensusPlanes> left, right, sheared;
+};
+
 /// Costs of all labels of all pixels: a byte each, four in a word. A pixel's words are those of its upright labels,
 /// then those of the road's; what does not fill the last word of a hypothesis costs cost_max.
 struct LabelVolume {
@@ -75,6 +87,7 @@ struct MatchingWorkspaceOnDevice {
   MatchingWorkspaceOnDevice(int width, int height, const MatchingConfig& config);
 
   std::vector<DescribedOnDevice<std::uint8_t>> short_census;  ///< correlation: one
+  std::vector<SlicedCensus> slices;                           ///< and one where has_slices
   std::vector<SemiGlobalOnDevice> semi_global;                ///< or one of these
   DeviceImage<std::uint8_t> textured;                         ///< 1 where a window has contrast
   DeviceImage<FoundLabel> upright;
@@ -118,6 +131,11 @@ void find_texture(Cuda& cuda, View<const std::uint8_t, Device> left, int half_wi
 /// Both hypotheses' best labels by windows of the short census.
 void correlate(Cuda& cuda, const DescribedOnDevice<std::uint8_t>& census, const MatchingConfig& config,
                View<FoundLabel, Device> upright, View<FoundLabel, Device> level);
+
+/// The same from bit slices, where has_slices; the slices are working memory.
+void correlate(Cuda& cuda, const DescribedOnDevice<std::uint8_t>& census, SlicedCensus& slices,
+               const MatchingConfig& config, View<FoundLabel, Device> upright, View<FoundLabel, Device> level);
+bool has_slices(const MatchingConfig& config);
 
 /// Both hypotheses' best labels by semi-global matching.
 void optimise(Cuda& cuda, SemiGlobalOnDevice& space, const RoadPlane* plane, const MatchingConfig& config,

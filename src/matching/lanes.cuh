@@ -56,6 +56,16 @@ __device__ inline unsigned least_of_lanes<32>(unsigned value) {
 }
 #endif
 
+/// Bits that are set in any lane's word.
+__device__ inline std::uint32_t any_of_lanes(std::uint32_t word) {
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 800
+  return __reduce_or_sync(all_lanes, word);
+#else
+  for (int offset{16}; offset > 0; offset /= 2) word |= __shfl_xor_sync(all_lanes, word, offset);
+  return word;
+#endif
+}
+
 /// The search for the best of up to `count` labels. All lanes of the warp take part, each group for a pixel of its own.
 template <int lanes, int words>
 class BestLabel {

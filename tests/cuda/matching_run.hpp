@@ -60,6 +60,19 @@ inline Pair textured_pair(Size size, unsigned seed) {
   return pair;
 }
 
+/// Noise in which a pixel of the left image is found at either of two disparities.
+inline Pair doubled_pair(Size size, int one, int other, unsigned seed) {
+  std::mt19937 generator{seed};
+  Pair pair{noise_image(size, generator), Image<std::uint8_t>{size.width, size.height}};
+  for (int v{0}; v < size.height; ++v) {
+    for (int u{0}; u < size.width; ++u) {
+      const int shift{uniform(generator, 2) == 0 ? one : other};
+      pair.right(u, v) = pair.left(std::min(u + shift, size.width - 1), v);
+    }
+  }
+  return pair;
+}
+
 /// Result of the reference.
 class ReferenceRun final : public CandidateSink {
  public:

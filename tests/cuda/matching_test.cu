@@ -55,6 +55,25 @@ TEST(windows_on_many_disparities) {
   check_equal(noise_pair({9, 5}, 83), plain_plane, config_of(41, 256));
 }
 
+// Windows of 9 px with up to 128 disparities are summed in bit slices: 24 columns a word, some rows a block.
+TEST(windows_in_slices) {
+  for (const Size size : {Size{23, 7}, Size{24, 16}, Size{25, 17}, Size{44, 21}, Size{53, 34}, Size{97, 8}}) {
+    for (const int disparities : {31, 33, 64, 65, 127, 128}) {
+      check_equal(noise_pair(size, 151), plain_plane, config_of(9, disparities));
+    }
+  }
+  check_equal(textured_pair({171, 139}, 157), plain_plane, config_of(9, 64));
+  check_equal(textured_pair({102, 75}, 163), rolled_plane, config_of(9, 100));
+  for (const double uniqueness : {0.0, 0.1, 1.0}) {
+    MatchingConfig config{config_of(9, 128)};
+    config.uniqueness = uniqueness;
+    check_equal(textured_pair({53, 22}, 167), falling_plane, config);
+    // rivals at the ends of the shifts, and shifts of the same lane
+    check_equal(doubled_pair({170, 12}, 0, 3, 173), plain_plane, config);
+    check_equal(doubled_pair({170, 12}, 124, 127, 179), plain_plane, config);
+  }
+}
+
 TEST(windows_with_every_option) {
   for (int option{0}; option < 8; ++option) {
     MatchingConfig config{config_of(7, 24)};
@@ -115,6 +134,7 @@ TEST(paths_with_every_option) {
 TEST(blank_images) {
   const Image<std::uint8_t> blank{40, 20, 128};
   check_equal({blank, blank}, plain_plane, config_of(5, 16));
+  check_equal({blank, blank}, plain_plane, config_of(9, 100));
   check_equal({blank, blank}, plain_plane, semi_global_of(16));
 }
 
