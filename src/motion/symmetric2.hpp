@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
+
 #include "stereogrid/frame.hpp"
 
 namespace stereogrid {
@@ -37,6 +39,14 @@ inline Symmetric2 widened(const Symmetric2& m, double variance) {
 inline Symmetric2 inverted(const Symmetric2& m) {
   const double determinant{m.xx * m.yy - m.xy * m.xy};
   return {m.yy / determinant, -m.xy / determinant, m.xx / determinant};
+}
+
+/// Unit vector along which a covariance is largest, x >= 0; {1, 0} where it is the same in all directions.
+inline Point2 principal_direction(const Symmetric2& m) {
+  const double difference{m.xx - m.yy};
+  const double length{std::sqrt(difference * difference + 4 * m.xy * m.xy)};
+  const double cosine{length > 0 ? difference / length : 1.0};  // cosine of twice the angle
+  return {std::sqrt(0.5 * (1 + cosine)), std::copysign(std::sqrt(0.5 * (1 - cosine)), m.xy)};
 }
 
 /// A sum of measurements of the same thing, each weighted by its information (the inverse of its covariance).

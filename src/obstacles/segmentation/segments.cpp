@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "clamped_to_int.hpp"
+#include "motion/symmetric2.hpp"
 
 namespace stereogrid {
 
@@ -79,18 +80,15 @@ Axis principal_axis(const Segmenter& segmenter, std::span<const int> nodes) {
     axis.mean.y += node.weight * node.place.y;
   }
   axis.mean = {axis.mean.x / sum, axis.mean.y / sum};
-  double xx{0};
-  double xy{0};
-  double yy{0};
+  Symmetric2 spread;
   for (const int index : nodes) {
     const SegmentNode& node{segmenter.node(index)};
     const Point2 away{node.place.x - axis.mean.x, node.place.y - axis.mean.y};
-    xx += node.weight * away.x * away.x;
-    xy += node.weight * away.x * away.y;
-    yy += node.weight * away.y * away.y;
+    spread.xx += node.weight * away.x * away.x;
+    spread.xy += node.weight * away.x * away.y;
+    spread.yy += node.weight * away.y * away.y;
   }
-  const double angle{0.5 * std::atan2(2 * xy, xx - yy)};
-  axis.direction = {std::cos(angle), std::sin(angle)};
+  axis.direction = principal_direction(spread);
   return axis;
 }
 

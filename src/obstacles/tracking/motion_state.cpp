@@ -187,8 +187,8 @@ void MotionState::measure(std::size_t first, Point2 direction, double measured, 
 
 // Along the axes of the covariance, in which the measurement errors are independent.
 void MotionState::measure_velocity(const Point2& velocity, const Symmetric2& covariance) {
-  const double angle{0.5 * std::atan2(2 * covariance.xy, covariance.xx - covariance.yy)};
-  for (const Point2 axis : {Point2{std::cos(angle), std::sin(angle)}, Point2{-std::sin(angle), std::cos(angle)}}) {
+  const Point2 along{principal_direction(covariance)};
+  for (const Point2 axis : {along, Point2{-along.y, along.x}}) {
     measure(2, axis, velocity.x * axis.x + velocity.y * axis.y, squared(covariance, axis));
   }
 }

@@ -6,6 +6,19 @@
 namespace stereogrid::test {
 namespace {
 
+TEST(Symmetric2, PrincipalDirectionIsThatOfTheLargestSpread) {
+  for (int degrees{-89}; degrees <= 90; ++degrees) {
+    const double c{std::cos(degrees * pi / 180)};
+    const double s{std::sin(degrees * pi / 180)};
+    const Point2 found{principal_direction({9 * c * c + s * s, 8 * c * s, 9 * s * s + c * c})};
+    EXPECT_NEAR(found.x, c, 1e-7) << degrees;
+    EXPECT_NEAR(found.y, s, 1e-7) << degrees;
+  }
+  const Point2 any{principal_direction({2, 0, 2})};
+  EXPECT_EQ(any.x, 1);
+  EXPECT_EQ(any.y, 0);
+}
+
 // Positions alone are no evidence of motion: the visible part of an object changes, and its centre with it.
 TEST(Tracker, PlacesAloneAreNoMotion) {
   TrackedBlobs run;
