@@ -52,29 +52,21 @@ void settle_sector(int sector, View<const SectorWalk> walks, int rings, PolarCel
   }
 }
 
-namespace {
-
-bool spread_to(const PolarCell* from, int rings, PolarCell* cells) {
-  bool is_spread{false};
-  for (int ring{0}; ring < rings; ++ring) {
-    if (!is_behind_edge(from[ring]) || cells[ring].kind != TerrainClass::unknown) continue;
-    cells[ring].kind = TerrainClass::hidden;
-    is_spread = true;
-  }
-  return is_spread;
-}
-
-}  // namespace
-
 void spread_hidden(int rings, View<PolarCell> cells) {
   constexpr int spread_sectors{8};
-  bool is_spread{true};
-  for (int step{0}; step < spread_sectors && is_spread; ++step) {
-    is_spread = false;
-    for (int sector{cells.height - 1}; sector > 0; --sector)
-      is_spread |= spread_to(cells.row(sector - 1), rings, cells.row(sector));
-    for (int sector{0}; sector + 1 < cells.height; ++sector)
-      is_spread |= spread_to(cells.row(sector + 1), rings, cells.row(sector));
+  for (int ring{0}; ring < rings; ++ring) {
+    const auto hide = [&](int begin, int end) {
+      for (int sector{begin}; sector < end; ++sector) cells(ring, sector).kind = TerrainClass::hidden;
+    };
+    for (int begin{0}; begin < cells.height; ++begin) {
+      int end{begin};
+      while (end < cells.height && cells(ring, end).kind == TerrainClass::unknown) ++end;
+      const bool is_edge_behind{end < cells.height && is_behind_edge(cells(ring, end))};
+      const int right{is_edge_behind ? std::max(end - spread_sectors, begin) : end};
+      if (begin > 0 && is_behind_edge(cells(ring, begin - 1))) hide(begin, std::min(begin + spread_sectors, right));
+      hide(right, end);
+      begin = end;
+    }
   }
 }
 

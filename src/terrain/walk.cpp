@@ -37,7 +37,7 @@ class Walk {
   }
   void step();
   void step_lost();
-  bool take_over();
+  bool take_over(View<const SectorWalk> walks, int round);
 
  private:
   void meet_gap(int row, float z, float tolerance);
@@ -54,7 +54,7 @@ class Walk {
   void set_steep(float z);
   void set_obstacle(const RingSamples& samples);
   void miss();
-  [[nodiscard]] bool has_wide_front() const;
+  [[nodiscard]] bool has_wide_front(View<const SectorWalk> walks, int round) const;
   /// Rays pass through the prior.
   [[nodiscard]] bool is_contradicted() const {
     const float near{in_.prior.elevation(view_.begin_m)};
@@ -147,11 +147,12 @@ void Walk::miss() {
   state_.is_alive = false;
 }
 
-// Ground beside the sector that is as wide as a passage.
-bool Walk::has_wide_front() const {
+// Ground of rounds before beside the sector that is as wide as a passage.
+bool Walk::has_wide_front(View<const SectorWalk> walks, int round) const {
   const float sector_m{sector_px * view_.x / in_.camera.focal_px};
   const auto is_ground = [&](int beside) {
-    return beside >= 0 && beside < all_cells_.height && all_cells_(ring_, beside).is_ground();
+    return beside >= 0 && beside < all_cells_.height && all_cells_(ring_, beside).is_ground() &&
+           walks(beside, 0).round != round;
   };
   for (const int side : {-1, 1}) {
     int count{0};
@@ -161,8 +162,8 @@ bool Walk::has_wide_front() const {
   return false;
 }
 
-// Continues from the ground of two neighbours; behind an edge, not within its smear.
-bool Walk::take_over() {
+// Continues from ground of rounds before in two neighbours; behind an edge, not within its smear.
+bool Walk::take_over(View<const SectorWalk> walks, int round) {
   const bool is_behind_edge{walk_.end != no_ring && ring_ >= walk_.end};
   if (is_blind() || (is_behind_edge && ring_ <= walk_.end_seen + 1)) return false;
   float sum{0};
@@ -172,12 +173,12 @@ bool Walk::take_over() {
     const int beside{sector_ + offset};
     if (beside < 0 || beside >= all_cells_.height) continue;
     const PolarCell& cell{all_cells_(ring_, beside)};
-    if (!cell.is_ground()) continue;
+    if (!cell.is_ground() || walks(beside, 0).round == round) continue;
     sum += cell.elevation_m;
     slopes += cell.slope;
     ++count;
   }
-  if (count < 2 || (is_behind_edge && !has_wide_front())) return false;
+  if (count < 2 || (is_behind_edge && !has_wide_front(walks, round))) return false;
   const float z{sum / static_cast<float>(count)};
   const float slope{slopes / static_cast<float>(count)};
   const float across_m{1.5f * sector_px * view_.x / in_.camera.focal_px};
@@ -187,12 +188,13 @@ bool Walk::take_over() {
     return false;
   state_ = {view_.x, samples.ground_z / static_cast<float>(samples.ground), slope, 0, 0, true, false, false};
   cells_[ring_] = {state_.z, slope, TerrainClass::drivable};
+  walk_.round = round;
   return true;
 }
 
 // Rays that pass through the expected ground contradict it.
 void Walk::step_lost() {
-  if (is_blind() || (!state_.is_blocked && meet_trench()) || take_over()) return;
+  if (is_blind() || (!state_.is_blocked && meet_trench())) return;
   if (walk_.end != no_ring && ring_ >= walk_.end) {
     cells_[ring_].kind = TerrainClass::hidden;
   } else if (!state_.is_blocked && view_.is_checked() && is_contradicted()) {
@@ -302,6 +304,7 @@ void walk_sector(const WalkInput& input, int sector, const std::optional<Trench>
 
 void spread_ground(const WalkInput& input, View<PolarCell> cells, View<SectorWalk> walks) {
   for (int sector{0}; sector < walks.width; ++sector) drop_lone_obstacle(cells.row(sector), walks(sector, 0));
+  int round{0};
   for (int ring{0}; ring < input.rings.count(); ++ring) {
     for (int sector{0}; sector < walks.width; ++sector) {
       SectorWalk& walk{walks(sector, 0)};
@@ -310,12 +313,16 @@ void spread_ground(const WalkInput& input, View<PolarCell> cells, View<SectorWal
       steps.enter(ring);
       steps.is_alive() ? steps.step() : steps.step_lost();
     }
-    for (int sector{walks.width - 1}; sector >= 0; --sector) {
-      SectorWalk& walk{walks(sector, 0)};
-      if (walk.lost > ring || walk.state.is_alive || cells(ring, sector).kind == TerrainClass::obstacle) continue;
-      Walk steps{input, sector, cells, walk};
-      steps.enter(ring);
-      steps.take_over();
+    for (bool is_changed{true}; is_changed;) {
+      is_changed = false;
+      ++round;
+      for (int sector{0}; sector < walks.width; ++sector) {
+        SectorWalk& walk{walks(sector, 0)};
+        if (walk.lost > ring || walk.state.is_alive || cells(ring, sector).kind == TerrainClass::obstacle) continue;
+        Walk steps{input, sector, cells, walk};
+        steps.enter(ring);
+        is_changed |= steps.take_over(walks, round);
+      }
     }
   }
 }

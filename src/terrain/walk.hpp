@@ -52,6 +52,7 @@ struct SectorWalk {
   bool is_trench_sure{false};      ///< it ends walks beyond checked_rings, too
   int block_confirmations{0};      ///< number of neighbours that must confirm `blocked`
   bool is_block_confirmed{false};  ///< enough neighbours confirm `blocked`
+  int round{0};                    ///< last round of spread_ground() that continued the walk
 };
 
 struct WalkInput {
@@ -72,8 +73,9 @@ void walk_sector(const WalkInput& input, int sector, const std::optional<Trench>
 /// Compares the obstacle that ended a walk with those of its neighbours, once all sectors have been walked.
 void confirm_block(int sector, View<SectorWalk> walks);
 
-/// Continues the walks of all sectors that have lost the ground, ring by ring: from the ground of neighbours, from the
-/// left to the right and back. `cells`: (ring, sector).
+/// Continues the walks of all sectors that have lost the ground, ring by ring, from the ground of neighbours: in rounds
+/// until none changes, each from the ground of those before, so that the order does not matter. `cells`: (ring,
+/// sector).
 void spread_ground(const WalkInput& input, View<PolarCell> cells, View<SectorWalk> walks);
 
 /// Completes one sector after all walks: marks edges that neighbours confirm, withdraws others.
