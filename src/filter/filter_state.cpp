@@ -102,12 +102,12 @@ float mass_of(const FilterState& state, std::size_t k, int x, int y) {
 
 namespace {
 
-// Depth per pixel of disparity beyond which new mass has the default share of motion.
-constexpr double depth_of_pixel_max_m{6};
+// Depth per pixel of disparity, in cells, beyond which new mass has the default share of motion.
+constexpr double cells_of_pixel_max{30};
 
-// Depth per pixel of disparity up to which a cell in view keeps its state for filter.decay_time_in_view_s; beyond, for
-// a time in inverse proportion: an obstacle's place is known less well there than its cell.
-constexpr double depth_of_pixel_sharp_m{1};
+// Depth per pixel of disparity, in cells, up to which a cell in view keeps its state for filter.decay_time_in_view_s;
+// beyond, for a time in inverse proportion. A standard deviation of disparity, 0.2 px, is one cell deep there.
+constexpr double cells_of_pixel_sharp{5};
 
 // Distance of the masses' end; scene flow (scene_flow.cpp) detects motion up to 40 m.
 constexpr double followed_max_m{45};
@@ -163,8 +163,8 @@ FilterStep step_of(const FilterInput& input) {
   step.view_right = static_cast<float>(view.right);
   const double square_m2{grid.cell_size_m * grid.cell_size_m};
   step.new_view_squares = static_cast<float>(view.parallax_px_m2 / CameraView::new_view_px / square_m2);
-  step.appearing_squares = static_cast<float>(view.focal_baseline_pxm * depth_of_pixel_max_m / square_m2);
-  step.sharp_squares = static_cast<float>(view.focal_baseline_pxm * depth_of_pixel_sharp_m / square_m2);
+  step.appearing_squares = static_cast<float>(view.focal_baseline_pxm * cells_of_pixel_max / grid.cell_size_m);
+  step.sharp_squares = static_cast<float>(view.focal_baseline_pxm * cells_of_pixel_sharp / grid.cell_size_m);
   const bool has_flow{config.scene_flow && view.left >= 0};
   const double followed_m{has_flow ? followed_max_m : std::numeric_limits<double>::infinity()};
   step.moving_squares = static_cast<float>(followed_m * followed_m / square_m2);

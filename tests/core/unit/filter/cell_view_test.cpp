@@ -52,22 +52,24 @@ TEST(CellView, DecayIsQuickerInTheField) {
   EXPECT_NEAR(decay({}, {15, -3}), beside, 1e-6) << "nothing is known of the camera";
 }
 
-// A pixel of disparity is 1 m deep at a distance of √(f·b · 1 m/px); twice as far it is 4 m deep.
-TEST(CellView, DecayIsQuickerWhereAPixelIsDeeperThanAMetre) {
+// A pixel of disparity is five cells deep at a distance of √(f·b · 5 cells/px); twice as far it is twenty cells deep.
+TEST(CellView, DecayIsQuickerWhereAPixelIsDeeperThanFiveCells) {
   const FilterConfig config;
   const FilterTables tables{config};
-  const GridGeometry window{-10.1, -20.1, 0.2, 300, 300};
-  const auto decay = [&](double ahead_m) {
-    const CameraView view{{5, -3, 0}, 1, 1, std::numeric_limits<double>::infinity(), 100};
-    const CellIndex cell{*window.cell_at({5 + ahead_m, -3})};
+  const auto decay = [&](double cell_size_m, double ahead_m) {
+    const GridGeometry window{-10.1, -20.1, cell_size_m, 300, 300};
+    const CameraView view{{-5, -16, 0}, 1, 1, std::numeric_limits<double>::infinity(), 100};
+    const CellIndex cell{*window.cell_at({-5 + ahead_m, -16})};
     return view_of(step_of({config, tables, window, 0.1, view}), cell.ix, cell.iy).decay;
   };
-  EXPECT_EQ(decay(5), decay(9.5));
-  EXPECT_NEAR(decay(20), 4 * decay(5), 0.1 * decay(5));
-  EXPECT_LE(decay(40), 0.5f) << "a cell is unknown at most";
+  EXPECT_EQ(decay(0.2, 5), decay(0.2, 9.5));
+  EXPECT_NEAR(decay(0.2, 20), 4 * decay(0.2, 5), 0.1 * decay(0.2, 5));
+  EXPECT_LE(decay(0.2, 40), 0.5f) << "a cell is unknown at most";
+  EXPECT_EQ(decay(0.05, 2), decay(0.05, 4.5));
+  EXPECT_NEAR(decay(0.05, 9), 81.0 / 25 * decay(0.05, 2), 0.1 * decay(0.05, 2));
 }
 
-// Divides the odds by 4 in cells where a pixel of disparity is 4 m deep, if the frame does not confirm the obstacle.
+// Divides the odds by 4 in cells with a coarseness of 4, if the frame does not confirm the obstacle.
 TEST(CellView, CoarseObstaclesNeedConfirmation) {
   const auto kept = [](float predicted, float observed) {
     return predicted * kept_where_coarse(predicted, 4.0f, observed / (1 - observed));
