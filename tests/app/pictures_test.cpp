@@ -10,7 +10,6 @@
 #include <string>
 
 #include "pictures/drawing.hpp"
-#include "pictures/picture.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/scenes/scene.hpp"
 

@@ -10,8 +10,7 @@
 
 #include "cli/program.hpp"
 #include "connect/mavlink.hpp"
-#include "connect/own_transforms.hpp"
-#include "pictures/picture.hpp"
+#include "pictures/drawing.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/paths.hpp"

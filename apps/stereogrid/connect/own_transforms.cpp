@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "connect/own_transforms.hpp"
+#include "connect/message_output.hpp"
 
 #include <spdlog/spdlog.h>
 

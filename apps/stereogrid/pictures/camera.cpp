@@ -4,7 +4,6 @@
 #include <opencv2/imgproc.hpp>
 
 #include "pictures/drawing.hpp"
-#include "pictures/picture.hpp"
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/level_mapping.hpp"
 #include "stereogrid/opencv.hpp"

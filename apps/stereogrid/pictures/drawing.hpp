@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "pictures/canvas.hpp"
 #include "stereogrid/camera.hpp"
 #include "stereogrid/grid.hpp"
+#include "stereogrid/io/image_file.hpp"
 #include "stereogrid/pipeline.hpp"
 
 namespace stereogrid::app {
@@ -117,5 +119,20 @@ void draw_u_disparity(Canvas& canvas, const Box& box, const FrameResult& result,
 void draw_grid(Canvas& canvas, const Box& box, const FrameResult& result, const Rig& rig);
 /// Scales of occupancy and elevation, kinds of lines, wheel of directions.
 void draw_grid_legend(Canvas& canvas, const Box& box);
+
+/// Visualisation of a frame: the left image with overlay, the u-disparity grid below, the filtered grid from above at
+/// its side. The size depends on the rig and the grid only.
+[[nodiscard]] io::RgbImage draw_picture(const StereoFrame& frame, const FrameResult& result, const Rig& rig);
+
+/// The same as SVG: letters and lines are elements, images are embedded.
+[[nodiscard]] std::string draw_svg(const StereoFrame& frame, const FrameResult& result, const Rig& rig);
+
+/// Left image of the camera with the same overlay, as JPEG. Needs FrameResult::stages.
+[[nodiscard]] std::vector<std::uint8_t> annotated_jpeg(const StereoFrame& frame, const FrameResult& result,
+                                                       const Rig& rig);
+
+/// The smoothed u-disparity grid alone, a pixel for each cell, disparities growing downwards, as JPEG. Needs
+/// FrameResult::stages.
+[[nodiscard]] std::vector<std::uint8_t> u_disparity_jpeg(const FrameResult& result);
 
 }  // namespace stereogrid::app

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pictures/picture.hpp"
+#include "pictures/drawing.hpp"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,6 @@
 #include <string>
 #include <utility>
 
-#include "pictures/drawing.hpp"
 #include "stereogrid/level_mapping.hpp"
 
 namespace stereogrid::app {

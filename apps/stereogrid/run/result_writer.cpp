@@ -15,7 +15,7 @@
 #include <utility>
 
 #include "locks/folder_lock.hpp"
-#include "pictures/picture.hpp"
+#include "pictures/drawing.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/run_folder/description.hpp"
