@@ -159,7 +159,7 @@ TEST_F(Export, RefusesWhatCannotBe) {
       {words({"--laserscan", at("mine.csv"), "--nav2-map", at("never")}), 64, "mine.csv is there already"},
       {words({"--nav2-map", at("there")}), 64, "map.pgm is there already"},
       {words({"--web", at("there")}), 64, "index.html is there already"},
-      {{"export", folder->path(), "--laserscan", at("never")}, 65, "run.json"}};
+      {{"export", folder->path(), "--laserscan", at("never")}, 65, "is not a run. Give the folder"}};
   for (const Refused& refused : all) {
     EXPECT_THAT(errors_of(refused.exit_code, refused.words), HasSubstr(refused.said));
   }

@@ -174,8 +174,8 @@ TEST_F(FarCells, AppearAsNewThingsDo) {
     step_now.sharp_squares = std::numeric_limits<float>::infinity();  // decay by depth brings mass of its own
     return joint_update(step_now, 0.1f, 0.0f, 0.0f, likelihood, view_of(step_now, cell.ix, cell.iy)).birth_moving;
   };
-  EXPECT_GT(moving_at(view_, 20), 2 * moving_at(view_, 30)) << "a pixel of disparity is 4 m in depth, and 10 m";
-  EXPECT_EQ(moving_at({}, 20), moving_at({}, 30)) << "nothing is known of the camera";
+  EXPECT_GT(moving_at(view_, 30), 2 * moving_at(view_, 40)) << "a pixel of disparity is 25 cells in depth, and 44";
+  EXPECT_EQ(moving_at({}, 30), moving_at({}, 40)) << "nothing is known of the camera";
 }
 
 FrameResult empty_result_of(const GridGeometry& grid) {
