@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -88,30 +89,37 @@ inline int difference(const View<const std::uint8_t>& first, int u1, int v1, con
   return sum;
 }
 
-// Place around `expected` at which the patch fits best and clearly better than elsewhere, to two pixels.
+constexpr int searched_columns_max{80};
+
+// Place around `expected` at which the patch fits best and clearly better than elsewhere, to two pixels. `columns`: at
+// most searched_columns_max.
 inline std::optional<Place> searched(const ScaledPatch& patch, const View<const std::uint8_t>& image, Place expected,
                                      int columns, int rows) {
   // A place counts as found if no other one, further away than this, fits nearly as well.
   constexpr int same_place_px{4};
   constexpr double clearly_best{0.8};
-  int best{std::numeric_limits<int>::max()};
-  int other{best};
+  std::array<int, searched_columns_max + 1> least;  // difference at the best row of every second column
+  least.fill(std::numeric_limits<int>::max());
+  const int first_u{rounded(expected.u) - columns};
+  int best{least[0]};
   Place place;
   int best_u{0};
   for (int v{rounded(expected.v) - rows}; v <= rounded(expected.v) + rows; v += 2) {
-    for (int u{rounded(expected.u) - columns}; u <= rounded(expected.u) + columns; u += 2) {
+    for (int i{0}; i <= columns; ++i) {
+      const int u{first_u + 2 * i};
       if (!holds_patch(image, u, v)) continue;
       const int now{difference(patch.grey(), ScaledPatch::centre_u, ScaledPatch::centre_v, image, u, v)};
-      const bool is_elsewhere{std::abs(u - best_u) > same_place_px};
-      if (now < best) {
-        if (is_elsewhere) other = best;
-        best = now;
-        best_u = u;
-        place = {static_cast<float>(u), static_cast<float>(v)};
-      } else if (is_elsewhere && now < other) {
-        other = now;
-      }
+      int& of_column{least[static_cast<std::size_t>(i)]};
+      of_column = std::min(of_column, now);
+      if (now >= best) continue;
+      best = now;
+      best_u = u;
+      place = {static_cast<float>(u), static_cast<float>(v)};
     }
+  }
+  int other{std::numeric_limits<int>::max()};
+  for (int i{0}; i <= columns; ++i) {
+    if (std::abs(first_u + 2 * i - best_u) > same_place_px) other = std::min(other, least[static_cast<std::size_t>(i)]);
   }
   if (best > clearly_best * other) return std::nullopt;
   return place;

@@ -35,7 +35,6 @@ constexpr FindLimits find_limits{5, 0.15};
 constexpr double feature_speed_max_mps{45};
 /// New points are searched as far as this speed takes them.
 constexpr double searched_speed_mps{10};
-constexpr int searched_columns_max{80};
 constexpr int searched_rows{4};
 /// Maximum deviation of a row from the pair's epipolar alignment.
 constexpr float row_error_max_px{1};

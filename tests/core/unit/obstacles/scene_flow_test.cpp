@@ -2,7 +2,12 @@
 #include "motion/scene_flow.hpp"
 
 #include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
 #include "motion/ego_error.hpp"
+#include "motion/patch_search.hpp"
 #include "painted_obstacles.hpp"
 #include "support.hpp"
 
@@ -207,6 +212,51 @@ TEST(SceneFlow, WhatIsHigherThanThreeMetresIsNotFollowed) {
   street.first_matched_row = row_at(2.8);
   street.end_of_matched_rows = street.rig.height_px;
   EXPECT_GT(vectors_of(street), 40u);
+}
+
+// Whether another place fits nearly as well does not depend on the order in which places are compared.
+TEST(SceneFlow, SearchesAlikeFromBothSides) {
+  constexpr int width{120};
+  constexpr int middle_v{15};
+  constexpr int columns{40};
+  constexpr int trials{400};
+  std::mt19937 generator{5};
+  const auto random = [&](int range) {
+    return static_cast<int>(generator() % static_cast<unsigned>(2 * range + 1)) - range;
+  };
+  int found{0};
+  for (int trial{0}; trial < trials; ++trial) {
+    // columns of slowly changing shades, and the same with noise
+    Image<std::uint8_t> image{width, 2 * middle_v + 1};
+    Image<std::uint8_t> noisy{width, image.height()};
+    int shade{128};
+    for (int u{0}; u < width; ++u) {
+      shade = std::clamp(shade + random(8), 60, 195);
+      for (int v{0}; v < image.height(); ++v) {
+        image(u, v) = static_cast<std::uint8_t>(shade);
+        noisy(u, v) = static_cast<std::uint8_t>(shade + random(trial % 60));
+      }
+    }
+    const auto mirrored = [&](const Image<std::uint8_t>& of) {
+      Image<std::uint8_t> mirror{width, of.height()};
+      for (const auto [u, v] : raster(width, of.height())) mirror(u, v) = of(width - 1 - u, v);
+      return mirror;
+    };
+    const auto search = [&](const Image<std::uint8_t>& from, const Image<std::uint8_t>& in) {
+      constexpr Place middle{width / 2, middle_v};
+      ScaledPatch patch;
+      EXPECT_TRUE(patch.take(from.view(), middle, 1));
+      return searched(patch, in.view(), middle, columns, 0);
+    };
+    const auto here = search(image, noisy);
+    const auto there = search(mirrored(image), mirrored(noisy));
+    ASSERT_EQ(here.has_value(), there.has_value()) << trial;
+    if (!here) continue;
+    EXPECT_EQ(here->u, static_cast<float>(width) - there->u) << trial;
+    ++found;
+  }
+  EXPECT_GT(found, trials / 10);
+  EXPECT_LT(found, trials * 9 / 10);
 }
 
 // Pickets of 12 px that have moved by nearly 2.5 of them, 29.5 px: several fit alike, and none of them is taken.
