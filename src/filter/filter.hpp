@@ -254,8 +254,8 @@ void complete_unobserved(const Pose2& world_from_vehicle, FrameResult& result);
 void resample_occupancy(const GridLayers& world, const Pose2& world_from_vehicle, const GridGeometry& vehicle_grid,
                         Image<float>& occupancy);
 
-/// Corrects the filtered occupancy in rows begin … end − 1 of the vehicle's grid by what the frame shows around each
-/// cell. docs/method.md §8.8.
-void correct_by_frame(View<const float> observed, int begin, int end, GridLayers& filtered);
+/// Corrects the filtered occupancy in rows begin … end − 1 of `result.vehicle` by what the frame, `result.observed`,
+/// shows around each cell. `is_widened`: matching windows have widened its obstacles. docs/method.md §8.8.
+void correct_by_frame(const Pose2& world_from_vehicle, bool is_widened, int begin, int end, FrameResult& result);
 
 }  // namespace stereogrid

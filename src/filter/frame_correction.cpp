@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "filter/filter.hpp"
+#include "filter/resampling/resample_model.hpp"
 
 namespace stereogrid {
 namespace {
@@ -32,6 +34,8 @@ constexpr float covered_min{0.2f};
 constexpr float uncertain_min{0.2f};
 /// … and of that obstacle in the frame.
 constexpr float neighbour_min{0.6f};
+/// Largest difference between occupancies that say the same.
+constexpr float alike{0.05f};
 constexpr int cells_together{16};
 
 // The frame's cells around one, itself included.
@@ -66,62 +70,112 @@ bool is_near_edge(View<const float> observed, int x, int y, Point2 place) {
   return true;
 }
 
-// Factor of the odds of a cell that the frame shows as occupied.
-float factor_of_shown(View<const float> observed, int x, int y, Point2 place) {
-  const float here{observed(x, y)};
-  const Around beside{around(observed, x, y)};
-  if (!(beside.most > here)) return 1;
-  const bool is_border{beside.has_ground() && beside.most * (1 - here) > border_odds * here * (1 - beside.most)};
-  return (is_border ? shown_at_border : 1) * (is_near_edge(observed, x, y, place) ? shown_at_near_edge : 1);
-}
-
-// The same of one that it does not show, with that occupancy, above ½.
-float factor_of_hidden(Around around, float occupancy, Point2 place) {
-  if (around.has_ground()) return std::hypot(place.x, place.y) > leaving_m ? hidden_beside_ground : 1;
-  return occupancy > hidden_min ? hidden_inside : 1;
-}
-
-// Cells that stay as they are: seen as free, or unknown in both grids. Without branches, for vectors.
+// Cells that stay as they are: seen as free by both grids, or unknown in both. Without branches, for vectors.
 bool are_kept(const float* seen, const float* occupancies) {
   int changes{0};
   for (int i{0}; i < cells_together; ++i) {
     const bool is_shown{is_known(seen[i])};
-    changes |= (is_shown & (seen[i] > 0.5f)) | (!is_shown & is_known(occupancies[i]));
+    changes |=
+        (is_shown & ((seen[i] > 0.5f) | (occupancies[i] - seen[i] > alike))) | (!is_shown & is_known(occupancies[i]));
   }
   return changes == 0;
 }
 
-void correct(View<const float> observed, int x, int y, GridLayers& filtered) {
-  const float seen{observed(x, y)};
-  float& occupancy{filtered.occupancy(x, y)};
-  float& moving{filtered.moving(x, y)};
-  const bool is_shown{is_known(seen)};
-  if (is_shown ? seen < 0.5f : !is_known(occupancy)) return;
-  if (occupancy > 0.5f) {
-    const Point2 place{filtered.geometry.centre(x, y)};
-    const float factor{is_shown ? factor_of_shown(observed, x, y, place)
-                                : factor_of_hidden(around(observed, x, y), occupancy, place)};
-    const float weighed{factor * occupancy};
-    occupancy = std::max(weighed / (weighed + 1 - occupancy), 0.5f);
-    moving = std::min(moving, occupancy);
-  } else if (is_shown || moving > covered_min ||
-             (occupancy > uncertain_min && around(observed, x, y).most > neighbour_min)) {
-    occupancy = 0.5f;
-  }
+// True if both know the same of a cell, the frame more surely.
+bool is_surer(float seen, float occupancy) {
+  if (!is_known(seen) || !is_known(occupancy)) return false;
+  return seen < 0.5f ? occupancy < 0.5f && occupancy - seen > alike : occupancy > 0.5f && seen - occupancy > alike;
 }
+
+class FrameCorrection {
+ public:
+  FrameCorrection(const Pose2& world_from_vehicle, bool is_widened, FrameResult& result)
+      : observed_{std::as_const(result.observed).view()},
+        window_{std::as_const(result.world.occupancy).view()},
+        filtered_{result.vehicle},
+        in_window_{places_in_window(grid_in_vehicle(filtered_.geometry, world_from_vehicle), result.world.geometry)},
+        is_widened_{is_widened} {}
+
+  void correct_row(int y) const {
+    const float* const seen{observed_.row(y)};
+    const float* const occupancies{filtered_.occupancy.row(y)};
+    for (int first{0}; first < observed_.width; first += cells_together) {
+      const int last{std::min(first + cells_together, observed_.width)};
+      if (last - first == cells_together && are_kept(seen + first, occupancies + first)) continue;
+      for (int x{first}; x < last; ++x) correct(x, y);
+    }
+  }
+
+ private:
+  void correct(int x, int y) const {
+    const float seen{observed_(x, y)};
+    float& occupancy{filtered_.occupancy(x, y)};
+    float& moving{filtered_.moving(x, y)};
+    const bool is_shown{is_known(seen)};
+    if (!is_shown && !is_known(occupancy)) return;
+    const bool is_free{is_shown && seen < 0.5f};
+    if (!is_free && occupancy > 0.5f) {
+      const float weighed{(is_shown ? factor_of_shown(x, y) : factor_of_hidden(x, y, occupancy)) * occupancy};
+      occupancy = std::max(weighed / (weighed + 1 - occupancy), 0.5f);
+    } else if (!is_free && (is_shown || moving > covered_min ||
+                            (occupancy > uncertain_min && around(observed_, x, y).most > neighbour_min))) {
+      occupancy = 0.5f;
+    }
+    if (is_surer(seen, occupancy)) occupancy = sharpened(x, y, seen, occupancy);
+    moving = std::min(moving, occupancy);
+  }
+
+  // Factor of the odds of a cell that the frame shows as occupied.
+  [[nodiscard]] float factor_of_shown(int x, int y) const {
+    const float here{observed_(x, y)};
+    const Around beside{around(observed_, x, y)};
+    if (!is_widened_ || !(beside.most > here)) return 1;
+    const bool is_border{beside.has_ground() && beside.most * (1 - here) > border_odds * here * (1 - beside.most)};
+    return (is_border ? shown_at_border : 1) *
+           (is_near_edge(observed_, x, y, filtered_.geometry.centre(x, y)) ? shown_at_near_edge : 1);
+  }
+
+  // The same of one that it does not show, with that occupancy, above ½.
+  [[nodiscard]] float factor_of_hidden(int x, int y, float occupancy) const {
+    if (!around(observed_, x, y).has_ground()) return occupancy > hidden_min ? hidden_inside : 1;
+    const Point2 place{filtered_.geometry.centre(x, y)};
+    return std::hypot(place.x, place.y) > leaving_m ? hidden_beside_ground : 1;
+  }
+
+  // A cell is interpolated between four cells of the window. The share of the three farther ones becomes the frame's,
+  // within the range of the four.
+  [[nodiscard]] float sharpened(int x, int y, float seen, float occupancy) const {
+    const float place_x{in_window_.x_of(x, y) - 0.5f};
+    const float place_y{in_window_.y_of(x, y) - 0.5f};
+    const auto left = static_cast<int>(std::floor(place_x));
+    const auto low = static_cast<int>(std::floor(place_y));
+    const auto share_of_nearer = [](float share) { return std::max(share, 1 - share); };
+    const float share{1 - share_of_nearer(place_x - static_cast<float>(left)) *
+                              share_of_nearer(place_y - static_cast<float>(low))};
+    float least{occupancy};
+    float most{occupancy};
+    for (const int iy : {low, low + 1}) {
+      for (const int ix : {left, left + 1}) {
+        const float here{window_(std::clamp(ix, 0, window_.width - 1), std::clamp(iy, 0, window_.height - 1))};
+        least = std::min(least, here);
+        most = std::max(most, here);
+      }
+    }
+    return std::clamp(between(occupancy, seen, share), least, most);
+  }
+
+  View<const float> observed_;
+  View<const float> window_;
+  GridLayers& filtered_;
+  CellPlaces in_window_;
+  bool is_widened_;
+};
 
 }  // namespace
 
-void correct_by_frame(View<const float> observed, int begin, int end, GridLayers& filtered) {
-  for (int y{begin}; y < end; ++y) {
-    const float* const seen{observed.row(y)};
-    const float* const occupancies{filtered.occupancy.row(y)};
-    for (int first{0}; first < observed.width; first += cells_together) {
-      const int last{std::min(first + cells_together, observed.width)};
-      if (last - first == cells_together && are_kept(seen + first, occupancies + first)) continue;
-      for (int x{first}; x < last; ++x) correct(observed, x, y, filtered);
-    }
-  }
+void correct_by_frame(const Pose2& world_from_vehicle, bool is_widened, int begin, int end, FrameResult& result) {
+  const FrameCorrection correction{world_from_vehicle, is_widened, result};
+  for (int y{begin}; y < end; ++y) correction.correct_row(y);
 }
 
 }  // namespace stereogrid

@@ -222,8 +222,9 @@ void FramePipeline::publish(const LevelFrame& frame, const GroundFit& ground, co
     set_unknown(result.stages);
     FrameTerrain::clear(result);
   } else if (is_joint) {
-    ranges_of(cpu_)(result.observed.height(),
-                    [&](int begin, int end) { correct_by_frame(result.observed.view(), begin, end, result.vehicle); });
+    ranges_of(cpu_)(result.observed.height(), [&](int begin, int end) {
+      correct_by_frame(frame.world_from_vehicle, !frame.has_external_disparity(), begin, end, result);
+    });
   }
   if (state_.terrain) {
     const auto claims_free = [&frame](Point2 at) { return claimed(frame.other_grids, at) < 0.5; };
