@@ -105,7 +105,17 @@ class DriveDiagnosis {
       text += fmt::format("; in {} the ground plane is unknown, and so is the grid", share(unknown));
     }
     const bool is_explained{unknown.frames > 0 && context_.used == context_.source_rig};
-    say(is_explained ? text + ": " + text_of(unknown.first, FrameStatus::road_unknown) : text + advice_on_extrinsics());
+    text += is_explained ? ": " + text_of(unknown.first, FrameStatus::road_unknown) : advice_on_extrinsics();
+    say(text + warning_of_baseline());
+  }
+
+  [[nodiscard]] std::string warning_of_baseline() const {
+    constexpr double narrowest_m{0.02};
+    constexpr double widest_m{1};  // stereo cameras of cars
+    const double baseline_m{context_.source_rig.baseline_m};
+    if (baseline_m >= narrowest_m && baseline_m <= widest_m) return "";
+    return fmt::format(" The baseline of {:.4g} m is unusual ({} to {} m): check its unit.", baseline_m, narrowest_m,
+                       widest_m);
   }
 
   [[nodiscard]] std::string advice_on_extrinsics() const {

@@ -207,6 +207,14 @@ TEST_F(UselessInput, InfoNoticesABaselineThatPutsTheCameraTooLow) {
               AllOf(HasSubstr("the estimated height of the camera is 0.1"), HasSubstr("is the baseline 0.022 m")));
 }
 
+TEST_F(UselessInput, InfoNoticesABaselineTenTimesTooLong) {
+  const fs::path input{drive(folder, 3)};
+  std::ofstream{input / "calibration.yaml"} << "focal_px: 256.25\ncx_px: 160\ncy_px: 100\nbaseline_m: 2.2\n";
+  fs::remove(input / "poses.csv");
+  EXPECT_THAT(run_tool({"info", input}).output,
+              AnyOf(HasSubstr("is the baseline 2.2 m"), HasSubstr("The baseline of 2.2 m is unusual")));
+}
+
 // Level ground below a wall, in disparities, depths and inverse depths of both folders.
 TEST_F(UselessInput, InfoNoticesReciprocals) {
   const fs::path input{drive(folder, 2)};
