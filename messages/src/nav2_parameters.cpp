@@ -82,7 +82,7 @@ std::string points_layer(const Rig& rig, const GridGeometry& grid, const Nav2Opt
          line(8, "enabled", "true") + line(8, "voxel_decay", number(voxel_decay_s)) +
          line(8, "decay_model", "0  # linear") + line(8, "voxel_size", number(grid.cell_size_m)) +
          line(8, "track_unknown_space", "true") + line(8, "mark_threshold", "0") +
-         line(8, "update_footprint_enabled", "true") + line(8, "combination_method", "1") + line(8, "origin_z", "0.0") +
+         line(8, "update_footprint_enabled", "true") + line(8, "combination_method", "1") +
          line(8, "publish_voxel_map", "false") + line(8, "mapping_mode", "false") +
          line(8, "observation_sources", "mark clear") + "        mark:\n" +
          observation(topic, "PointCloud2", 0, highest_m) + frame + line(10, "marking", "true") +

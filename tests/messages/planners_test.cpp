@@ -96,6 +96,35 @@ TEST(Nav2Parameters, AskForTopicsThatAreThere) {
   }
 }
 
+// Names that onInitialize() of SpatioTemporalVoxelLayer declares (2025), with that of the plugin.
+TEST(Nav2Parameters, OfVoxelsAreDeclaredByTheirLayer) {
+  const std::set<std::string> of_layer{
+      "plugin",         "enabled",      "voxel_size",          "combination_method",
+      "mark_threshold", "decay_model",  "track_unknown_space", "update_footprint_enabled",
+      "voxel_decay",    "mapping_mode", "publish_voxel_map",   "observation_sources",
+      "mark",           "clear"};
+  const std::set<std::string> of_source{"topic",
+                                        "sensor_frame",
+                                        "data_type",
+                                        "min_obstacle_height",
+                                        "max_obstacle_height",
+                                        "marking",
+                                        "clearing",
+                                        "obstacle_range",
+                                        "min_z",
+                                        "max_z",
+                                        "vertical_fov_angle",
+                                        "horizontal_fov_angle",
+                                        "decay_acceleration",
+                                        "clear_after_reading",
+                                        "model_type"};
+  const YAML::Node layer{driven_street().costmap(Nav2Source::points)["stereo_grid"]};
+  for (const auto& one : layer) EXPECT_TRUE(of_layer.contains(one.first.as<std::string>())) << one.first;
+  for (const char* source : {"mark", "clear"}) {
+    for (const auto& one : layer[source]) EXPECT_TRUE(of_source.contains(one.first.as<std::string>())) << one.first;
+  }
+}
+
 TEST(Nav2Parameters, AreThoseOfTheOptions) {
   const GridGeometry geometry{0, -3, 0.05, 120, 120};
   const Nav2Options options{.node = "robot1/grid", .world_frame = "robot1/odom", .robot_frame = "robot1/base"};
