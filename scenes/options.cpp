@@ -66,11 +66,17 @@ constexpr Key keys[]{
      [](SceneOptions& o, double x) { o.speed_mps = x; }},
     {"incline_deg", 1, 90, [](const SceneOptions& o) { return o.incline_deg; },
      [](SceneOptions& o, double x) { o.incline_deg = x; }},
+    {"cameras", 1, 8, [](const SceneOptions& o) { return double(o.cameras); },
+     [](SceneOptions& o, double x) { o.cameras = static_cast<int>(x); }},
+    {"turn_deg", 0, 180, [](const SceneOptions& o) { return o.turn_deg; },
+     [](SceneOptions& o, double x) { o.turn_deg = x; }},
+    {"ring", 0, 5, [](const SceneOptions& o) { return o.ring_m; }, [](SceneOptions& o, double x) { o.ring_m = x; }},
     {"steps", 0, 50, [](const SceneOptions& o) { return double(o.steps); },
      [](SceneOptions& o, double x) { o.steps = static_cast<int>(x); }}};
 
 bool is_whole(const Key& key) {
-  return key.name == "frames" || key.name == "width" || key.name == "height" || key.name == "steps";
+  return key.name == "frames" || key.name == "cameras" || key.name == "width" || key.name == "height" ||
+         key.name == "steps";
 }
 
 std::string plain(double number) {
@@ -201,6 +207,7 @@ SceneOptions completed(SceneOptions options) {
   if (options.focal_px == 0) options.focal_px = wide ? 721.5 * options.width_px / 1242 : 410.0 * options.width_px / 512;
   if (options.baseline_m == 0) options.baseline_m = robot ? 0.09 : (wide ? 0.54 : 0.22);
   if (options.camera_height_m == 0) options.camera_height_m = robot ? 0.35 : (wide ? 1.65 : 1.25);
+  if (options.turn_deg == 0) options.turn_deg = options.cameras > 2 ? 360.0 / options.cameras : 180;
   check_words(options);
   for (const Key& key : keys) {
     const double value{key.get(options)};

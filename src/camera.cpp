@@ -19,6 +19,8 @@ constexpr double height_min_m{0.01};
 constexpr double height_max_m{100};
 constexpr double angle_max_rad{0.7853981633974483};
 constexpr double right_angle_rad{1.5707963267948966};
+constexpr double yaw_max_rad{4 * right_angle_rad};
+constexpr double place_max_m{100};  // from the vehicle's origin, along either axis
 
 // Usual values of vehicles. A lens is unusual by its field of view, but not if its focal length is common.
 constexpr double usual_baseline_min_m{0.01};
@@ -52,9 +54,9 @@ class Findings {
 };
 
 bool is_finite(const Rig& rig) {
-  const std::array<double, 7> numbers{rig.focal_px,       rig.cx_px,           rig.cy_px,
-                                      rig.baseline_m,     rig.camera_height_m, rig.camera_pitch_rad,
-                                      rig.camera_roll_rad};
+  const std::array<double, 10> numbers{
+      rig.focal_px,         rig.cx_px,           rig.cy_px,      rig.baseline_m, rig.camera_height_m,
+      rig.camera_pitch_rad, rig.camera_roll_rad, rig.camera_x_m, rig.camera_y_m, rig.camera_yaw_rad};
   return std::all_of(numbers.begin(), numbers.end(), [](double number) { return std::isfinite(number); });
 }
 
@@ -105,6 +107,12 @@ std::vector<std::string> problems(const Rig& rig) {
                " rad, over 45°, which is not supported: mount the camera flatter.");
   found.add_if(std::abs(rig.camera_roll_rad) > angle_max_rad, "The camera roll is ", rig.camera_roll_rad,
                " rad, over 45°: is it in degrees?");
+  for (const double place_m : {rig.camera_x_m, rig.camera_y_m}) {
+    found.add_if(std::abs(place_m) > place_max_m, "The camera is ", place_m,
+                 " m from the vehicle's origin: it is to be given in metres.");
+  }
+  found.add_if(std::abs(rig.camera_yaw_rad) > yaw_max_rad, "The camera yaw is ", rig.camera_yaw_rad,
+               " rad, over 360°: is it in degrees?");
   return found.take();
 }
 

@@ -25,7 +25,8 @@ double lattice_size(const FilterConfig& config) {
 
 // Bytes of a number for each cell of the window and each velocity, in two states.
 double lattice_bytes(const Config& config) {
-  const double side{std::hypot(config.grid.length_m, config.grid.width_m) / config.grid.cell_size_m};
+  const double length_m{config.grid.length_m + config.grid.rear_m};
+  const double side{std::hypot(length_m, config.grid.width_m) / config.grid.cell_size_m};
   return 2 * sizeof(float) * lattice_size(config.filter) * side * side;
 }
 
@@ -54,7 +55,7 @@ void add_problems_of_sizes(const Config& config, std::vector<std::string>& found
                 " along that side (allowed 1 … " + std::to_string(cells_max) + "). Take " +
                 (cells < 1 ? "smaller cells or a larger grid." : "larger cells or a smaller grid."));
   };
-  require_cells("grid.length_m", config.grid.length_m);
+  require_cells("grid.length_m", config.grid.length_m + config.grid.rear_m);
   require_cells("grid.width_m", config.grid.width_m);
   require(config.u_disparity.obstacle_min_height_m < config.u_disparity.obstacle_height_m,
           {"u_disparity.obstacle_min_height_m", "u_disparity.obstacle_height_m"},
@@ -66,7 +67,7 @@ void add_problems_of_sizes(const Config& config, std::vector<std::string>& found
     return;
   }
   require(lattice_bytes(config) <= lattice_bytes_max,
-          {"grid.length_m", "grid.width_m", "grid.cell_size_m", "filter.speeds_mps"},
+          {"grid.length_m", "grid.rear_m", "grid.width_m", "grid.cell_size_m", "filter.speeds_mps"},
           "the window's cells times the velocities take more than 64 GiB. Take larger cells, a smaller grid or fewer "
           "speeds.");
 }

@@ -28,6 +28,9 @@ STEREOGRID_HD inline int Abs(int a) {
 STEREOGRID_HD inline bool And(bool a, bool b) {
   return a && b;
 }
+STEREOGRID_HD inline bool Or(bool a, bool b) {
+  return a || b;
+}
 STEREOGRID_HD inline int IfThenElse(bool chosen, int yes, int no) {
   return chosen ? yes : no;
 }

@@ -38,7 +38,8 @@ struct Pixel {
 };
 
 /// Pixel that shows a point of the ground; none: it is behind the camera.
-std::optional<Pixel> pixel_of(const Rig& rig, double x_m, double y_m) {
+std::optional<Pixel> pixel_of(const Rig& rig, double in_vehicle_x_m, double in_vehicle_y_m) {
+  const auto [x_m, y_m]{inverse(camera_place(rig)) * Point2{in_vehicle_x_m, in_vehicle_y_m}};
   const double depth{x_m * std::cos(rig.camera_pitch_rad) + rig.camera_height_m * std::sin(rig.camera_pitch_rad)};
   const double below{rig.camera_height_m * std::cos(rig.camera_pitch_rad) - x_m * std::sin(rig.camera_pitch_rad)};
   if (!(depth > 0)) return std::nullopt;
@@ -117,15 +118,22 @@ ObservedGrid label_grid(const Image<std::uint8_t>& labels, const Rig& rig, const
 
 PoseStage::PoseStage(PoseSource poses, const Rig& rig, const Image<std::uint8_t>& mask,
                      std::function<bool(std::size_t)> is_kept)
-    : poses_{poses}, is_kept_{std::move(is_kept)} {
+    : poses_{poses}, rig_{rig}, is_kept_{std::move(is_kept)} {
   if (poses_ == PoseSource::odometry) odometry_.emplace(rig, mask);
 }
 
 PoseStage::Placed PoseStage::place(StereoFrame& frame) {
   if (poses_ == PoseSource::none) frame.world_from_vehicle.reset();
+  for (StereoFrame& other : frame.others) {
+    if (poses_ != PoseSource::input) other.world_from_vehicle.reset();
+  }
   if (!odometry_) return {};
   OdometryStep step{odometry_->update(frame)};
+  const Pose2 vehicle_from_camera{camera_place(rig_)};
   frame.world_from_vehicle = step.world_from_vehicle;
+  if (vehicle_from_camera != Pose2{}) {  // it is of the camera
+    frame.world_from_vehicle = vehicle_from_camera * step.world_from_vehicle * inverse(vehicle_from_camera);
+  }
   if (const auto index{static_cast<std::size_t>(frame.index)}; is_kept_ && is_kept_(index)) {
     const std::lock_guard lock{mutex_};
     kept_.emplace(index, odometry_->save_state());

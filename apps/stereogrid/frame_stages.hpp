@@ -46,6 +46,7 @@ class PoseStage {
 
  private:
   PoseSource poses_;
+  Rig rig_;
   std::optional<VisualOdometry> odometry_;
   std::function<bool(std::size_t)> is_kept_;
   std::mutex mutex_;  // frames are placed on other threads than their states are taken on

@@ -91,6 +91,8 @@ Input open_input(const InputOptions& options) {
   input.recording = recording.get();
   input.mask = recording->contents().mask;
   input.extrinsics_given = recording->contents().calibration.has_extrinsics;
+  for (const auto& camera : recording->other_cameras())
+    input.extrinsics_given = input.extrinsics_given && camera->contents().calibration.has_extrinsics;
   input.poses = recording->has_poses()                 ? PoseSource::input
                 : recording->contents().wants_odometry ? PoseSource::odometry
                                                        : PoseSource::none;
@@ -104,9 +106,13 @@ io::RunInput describe(const Input& input, const InputOptions& options) {
   for (const std::string& path : options.paths) paths.push_back(text_of(path));
   if (input.recording == nullptr) return {"arrays", {"arrays"}, options.poses, "", ""};
   const io::RecordingContents& contents{input.recording->contents()};
+  const bool has_odometry{input.poses == PoseSource::odometry};
+  if (!input.recording->other_cameras().empty()) {  // each camera's folder has its files
+    return {contents.kind, std::move(paths), has_odometry ? "odometry" : options.poses, "", "", ""};
+  }
   return {contents.kind,
           std::move(paths),
-          input.poses == PoseSource::odometry ? "odometry" : text_of(contents.poses_file),
+          has_odometry ? "odometry" : text_of(contents.poses_file),
           text_of(contents.calibration_file),
           text_of(contents.disparities),
           text_of(contents.mask_file)};

@@ -45,9 +45,9 @@ class Drive {
 
   void step(const std::vector<StereoFrame>& frames) {
     const StereoFrame& frame{frames[static_cast<std::size_t>(done_) % frames.size()]};
-    const LevelFrame level{frame.left.view(),         frame.right.view(),       {},
-                           *frame.world_from_vehicle, done_ == 0 ? 0 : frame_s, {}};
-    pipeline_.process(level, result_);
+    const LevelFrame level{
+        frame.left.view(), frame.right.view(), {}, *frame.world_from_vehicle, done_ == 0 ? 0 : frame_s};
+    pipeline_.process({{&level, 1}, level.world_from_camera, level.dt_s}, result_);
     ++done_;
   }
 

@@ -13,7 +13,7 @@ namespace stereogrid {
 /// aligned; pixel centres are at integers.
 ///
 /// Frames: image (u right, v down); camera (x right, y down, z forward); vehicle (x forward, y left, z up, origin on
-/// the ground below the left camera).
+/// the ground: below the left camera, unless camera_x_m or camera_y_m is set).
 struct Rig {
   int width_px{0};
   int height_px{0};
@@ -24,6 +24,9 @@ struct Rig {
   double camera_height_m{1.65};  ///< height of the left camera's centre above the ground
   double camera_pitch_rad{0};    ///< positive: downwards
   double camera_roll_rad{0};     ///< positive: right side down
+  double camera_x_m{0};          ///< position of the left camera in the vehicle frame, ahead
+  double camera_y_m{0};          ///< to the left
+  double camera_yaw_rad{0};      ///< heading of the optical axis in the vehicle frame; 0: ahead, positive: to the left
 
   friend bool operator==(const Rig&, const Rig&) = default;
 };

@@ -28,12 +28,15 @@ struct GridConfig {
   double length_m{20};
   double width_m{20};
   double cell_size_m{0.2};
+  double rear_m{0};
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
-    visit({"length_m", "m", 1, 500, "Length of the grid ahead of the camera."}, self.length_m);
+    visit({"length_m", "m", 1, 500, "Length of the grid ahead of the vehicle's origin."}, self.length_m);
     visit({"width_m", "m", 1, 500, "Width of the grid, half of it to each side."}, self.width_m);
     visit({"cell_size_m", "m", 0.02, 5, "Side of a square cell."}, self.cell_size_m);
+    visit({"rear_m", "m", 0, 500, "Length of the grid behind the vehicle's origin, for cameras that look there."},
+          self.rear_m);
   }
 };
 

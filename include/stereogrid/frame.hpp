@@ -55,6 +55,11 @@ struct Pose2 {
   return {m[11], -m[3], std::atan2(-m[2], m[10])};
 }
 
+/// Pose of the camera frame on the ground in the vehicle frame: origin below the left camera, x along its optical axis.
+[[nodiscard]] inline Pose2 camera_place(const Rig& rig) {
+  return {rig.camera_x_m, rig.camera_y_m, rig.camera_yaw_rad};
+}
+
 /// Grid of another source at a frame's time: a lidar, a second stereo pair (`observed` of its own pipeline, moved into
 /// this vehicle frame), a map.
 struct ObservedGrid {
@@ -88,6 +93,8 @@ struct StereoFrame {
   std::optional<Pose2> world_from_vehicle;  ///< none: unknown
   std::vector<ObservedGrid> other_grids{};  ///< grids of other sources; fused with the stereo pair's grid
   Image<std::uint8_t> labels{};             ///< PixelLabel of each pixel of `left`; pixels to ignore have no disparity
+  int camera{0};                            ///< index into Pipeline::rigs()
+  std::vector<StereoFrame> others{};        ///< frames of other cameras, about the same time, without others
 
   /// Its own images.
   // NOLINTNEXTLINE(google-explicit-constructor): a frame has such images
@@ -103,6 +110,8 @@ class STEREOGRID_EXPORT FrameSource {
   virtual ~FrameSource() = default;
 
   [[nodiscard]] virtual const Rig& rig() const = 0;
+  /// Rigs of all cameras, by StereoFrame::camera; the first is rig().
+  [[nodiscard]] virtual std::span<const Rig> rigs() const { return {&rig(), 1}; }
   [[nodiscard]] virtual std::size_t size() const = 0;
   [[nodiscard]] virtual std::string name(std::size_t index) const = 0;
   /// Loads one frame. Safe to call from several threads. Throws InputError for an unusable frame; others may be usable.

@@ -60,15 +60,19 @@ struct MemoryUse {
 
 /// Computes occupancy grids and obstacle tracks from stereo frames (T-ITS 2012, with the Bayesian Occupancy Filter).
 ///
-/// Not thread-safe: one pipeline serves one camera, one frame after the other. process(), reset(), save_state() and
-/// load_state() throw std::logic_error while another thread is in one of them. A moved-from pipeline can only be
-/// assigned to or destroyed; its methods throw std::logic_error.
+/// Not thread-safe: one pipeline serves the cameras of one vehicle, one frame after the other. process(), reset(),
+/// save_state() and load_state() throw std::logic_error while another thread is in one of them. A moved-from pipeline
+/// can only be assigned to or destroyed; its methods throw std::logic_error.
 class STEREOGRID_EXPORT Pipeline {
  public:
   /// Allocates all memory. Throws ConfigError with every problem of `config`, `rig` (see their `problems`) and
   /// `options`. Throws DeviceError if BackEnd::cuda is not usable: no library, no such GPU, old driver, too little
   /// memory; also if the system has too few threads. Throws std::bad_alloc if there is too little memory for the CPU.
   Pipeline(const Config& config, const Rig& rig, const PipelineOptions& options = {});
+  /// Several stereo pairs, 1 to 8, with one window, filter and list of obstacles. Rig::camera_x_m, camera_y_m and
+  /// camera_yaw_rad place them; grid.rear_m extends the grid behind the vehicle's origin. PipelineOptions::mask is the
+  /// first camera's. Not supported on a GPU: `automatic` uses the CPU, and `cuda` is rejected.
+  Pipeline(const Config& config, std::span<const Rig> rigs, const PipelineOptions& options = {});
   Pipeline(Pipeline&&) noexcept;
   Pipeline& operator=(Pipeline&&) noexcept;
   ~Pipeline();
@@ -84,6 +88,12 @@ class STEREOGRID_EXPORT Pipeline {
   /// with them and has a warning with the estimate, and next_rig() returns the rig with it. Extrinsics that three
   /// frames have confirmed are replaced only after the vehicle has travelled four camera heights over ground that
   /// another plane explains better. A replacement allocates all stages again. Disabled without ground.estimate.
+  ///
+  /// With several cameras a frame is that of one of them, with those of the others in StereoFrame::others, which a
+  /// pipeline of one rig ignores. A camera without a frame observes nothing. The newest stamp is the time of the
+  /// result, whose vehicle frame is that of the newest frame; its other grids are used. Poses compensate the motion from
+  /// the other stamps to it. Calls are in the order of their newest stamps. The observed grids are fused by the mean log
+  /// odds of those that see a cell.
   ///
   /// Throws InputError for an invalid frame: it does not fit the rig, has the stamp of the frame before, a pose that is
   /// not finite or farther than 1e9 m from the origin, or invalid other grids. The state is then unchanged.
@@ -109,10 +119,11 @@ class STEREOGRID_EXPORT Pipeline {
 
   /// Configuration with all "automatic" values resolved.
   [[nodiscard]] const Config& config() const;
-  /// Rig of the constructor. A frame's rig is FrameResult::rig.
+  /// Rig of the constructor, of several cameras the first. A frame's rig is FrameResult::rig.
   [[nodiscard]] const Rig& rig() const;
-  /// Rig of the next frame: rig(), or with extrinsics that were estimated or restored by load_state().
-  [[nodiscard]] const Rig& next_rig() const;
+  [[nodiscard]] std::span<const Rig> rigs() const;
+  /// Rig of a camera's next frame: rigs()[camera], or with extrinsics that were estimated or restored by load_state().
+  [[nodiscard]] const Rig& next_rig(int camera = 0) const;
   [[nodiscard]] GridGeometry vehicle_grid() const;
   /// Size of the world-aligned window: its nx, ny and cell_size_m are constant, its origin follows the vehicle.
   [[nodiscard]] GridGeometry world_grid() const;

@@ -131,6 +131,12 @@ struct FrameResult {
   std::vector<FrameStatus> status;  ///< each at most once, in the order of FrameStatus; empty: none
   std::vector<Warning> warnings;
   Exposure exposure;  ///< exposure of both images; equal without a right one
+  /// With several cameras, one for each of Pipeline::rigs(), else empty. Each has what its camera alone gives: rigs,
+  /// ground, densities, stages, status, warnings, exposure, and in the cells of `vehicle.geometry` the observed grid
+  /// and the terrain of the frame. Ground, rigs, densities and stages of the first camera are the result's own; a
+  /// status of the cameras only if all of them have it.
+  std::vector<FrameResult> cameras;
+  bool has_images{true};  ///< false: one of `cameras` that has no images in this frame, and observes nothing
 
   /// Adds a status and its message. No `text`: an earlier frame has the message.
   void add(FrameStatus condition, std::optional<std::string> text) {

@@ -41,12 +41,20 @@ World flat_street(std::uint64_t seed) {
 }  // namespace
 
 const std::vector<Layout>& layouts() {
-  static const std::vector<Layout> all{
-      {"boxes", 10, build_boxes},       {"corridor", 600, build_corridor}, {"course", 100, build_course, 170},
-      {"crossing", 40, build_crossing}, {"empty", 20, build_empty},        {"occlusion", 10, build_occlusion},
-      {"pallet", 50, build_pallet},     {"step", 50, build_step},          {"street", 60, build_street},
-      {"table", 50, build_table},       {"terrain", 3, build_terrain},     {"van", 30, build_van},
-      {"wall", 5, build_wall}};
+  static const std::vector<Layout> all{{"around", 180, build_around},
+                                       {"boxes", 10, build_boxes},
+                                       {"corridor", 600, build_corridor},
+                                       {"course", 100, build_course, 170},
+                                       {"crossing", 40, build_crossing},
+                                       {"empty", 20, build_empty},
+                                       {"occlusion", 10, build_occlusion},
+                                       {"pallet", 50, build_pallet},
+                                       {"step", 50, build_step},
+                                       {"street", 60, build_street},
+                                       {"table", 50, build_table},
+                                       {"terrain", 3, build_terrain},
+                                       {"van", 30, build_van},
+                                       {"wall", 5, build_wall}};
   return all;
 }
 
@@ -60,6 +68,24 @@ Road two_lanes(double lane_width_m, double curvature_per_m) {
     road.paint.push_back({-1e4, 1e4, edge - half_line_m, edge + half_line_m, 0, 0});
   }
   return road;
+}
+
+World build_around(const SceneOptions& options) {
+  constexpr double radius_m{4};
+  constexpr double wall_m{9};
+  World world{flat_street(options.seed)};
+  Random random{options.seed};
+  Body walker{make_person({radius_m, 0, pi / 2}, random)};
+  walker.motion.speed_mps = 1.5;
+  walker.motion.curvature_per_m = 1 / radius_m;
+  world.add(walker);
+  for (const double side : {-1.0, 1.0}) {
+    world.add(make_wall({side * (wall_m + 0.2), 0, pi / 2}, 2 * wall_m + 1, 2.5, random));
+    world.add(make_wall({0, side * (wall_m + 0.2), 0}, 2 * wall_m + 1, 2.5, random));
+    world.add(make_crate({side * 6.4, side * 2.4, 0.3}, {0.8, 0.6, 0.7}, random));
+    world.add(make_crate({-side * 2.2, side * 6.2, 0}, {0.6, 0.8, 0.9}, random));
+  }
+  return world;
 }
 
 World build_boxes(const SceneOptions& options) {

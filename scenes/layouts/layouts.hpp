@@ -21,6 +21,8 @@ struct Layout {
 /// All of them, in alphabetical order.
 [[nodiscard]] const std::vector<Layout>& layouts();
 
+/// Car still between walls. A walker goes around it on a circle of 4 m, for cameras=4.
+[[nodiscard]] World build_around(const SceneOptions& options);
 /// Car still. Boxes 0.1, 0.15, 0.2, 0.3 and 0.5 m high from right to left, 8 and 14 m ahead; a kerb on the right.
 [[nodiscard]] World build_boxes(const SceneOptions& options);
 /// For a robot that finds its own way: a box, a walker, a ramp and, beside the goal, stairs down between walls.

@@ -100,14 +100,14 @@ double ground_height(const std::vector<LowPart>& low, const HeightField& ground,
   return height;
 }
 
-/// Number of the cell's 3 × 3 ground points that the left camera sees.
+/// Number of the cell's 3 × 3 ground points that a left camera sees.
 int seen_ground_points(const Moment& moment, const std::vector<LowPart>& low, Point2 corner, double cell_size_m) {
   int seen{0};
   for (int i{0}; i < 9; ++i) {
     const double x{corner.x + cell_size_m * (2 * (i % 3) + 1) / 6};
     const double y{corner.y + cell_size_m * (2 * (i / 3) + 1) / 6};
     const Vector3 world{on_ground(moment, {x, y})};
-    if (in_view(moment.left, {world.x, world.y, ground_height(low, moment.world.ground, world)})) ++seen;
+    if (in_view(moment, {world.x, world.y, ground_height(low, moment.world.ground, world)})) ++seen;
   }
   return seen;
 }
@@ -122,38 +122,45 @@ void fill_free_points(const Moment& moment, const std::vector<LowPart>& low, con
   });
 }
 
-/// Surface point of a pixel, slightly inside its body, so that a face on a cell's border counts for the cell behind it.
-Vector3 surface_point(const Moment& moment, int u, int v) {
+/// Surface point of a hit, slightly inside its body, so that a face on a cell's border counts for the cell behind it.
+Vector3 surface_point(const Moment& moment, const Caster& caster, const Hit& hit, int u, int v) {
   constexpr double hair_m{1e-4};
-  const Hit hit{moment.left.trace(u, v)};
   const PlacedPart& placed{moment.parts[static_cast<std::size_t>(hit.part)]};
   const Direction heading{placed.heading};
   const Vector3 normal{heading.cosine * hit.normal.x - heading.sine * hit.normal.y,
                        heading.sine * hit.normal.x + heading.cosine * hit.normal.y, hit.normal.z};
-  const Camera& camera{moment.left.camera()};
+  const Camera& camera{caster.camera()};
   return camera.position + hit.depth * camera.ray(u, v) - hair_m * normal;
 }
 
 using Votes = std::map<std::int32_t, std::int32_t>;
 
-/// Pixels of obstacles by cell and object.
-std::vector<Votes> count_pixels(const Moment& moment, const TruthGrid& grid, const FrameTruth& truth) {
+/// Counts a camera's pixels of obstacles by cell and object.
+void count_pixels(const Moment& moment, const Caster& caster, const TruthGrid& grid, std::vector<Votes>& votes) {
   const GridGeometry& g{grid.geometry};
-  std::vector<Votes> votes(static_cast<std::size_t>(g.nx) * static_cast<std::size_t>(g.ny));
-  for (int v{0}; v < truth.label.height(); ++v) {
-    for (int u{0}; u < truth.label.width(); ++u) {
-      if (truth.label(u, v) != static_cast<std::uint8_t>(TruthLabel::obstacle)) continue;
-      const Vector3 point{surface_point(moment, u, v)};
+  for (int v{0}; v < caster.camera().height_px; ++v) {
+    for (int u{0}; u < caster.camera().width_px; ++u) {
+      const Hit hit{caster.trace(u, v)};
+      if (hit.part < 0) continue;
+      const Body& body{*moment.parts[static_cast<std::size_t>(hit.part)].body};
+      if (body.label != TruthLabel::obstacle) continue;
+      const Vector3 point{surface_point(moment, caster, hit, u, v)};
       const double height_m{point.z - moment.world.ground.height_at(point.x, point.y)};
       if (height_m < grid.height_min_m || height_m > grid.height_max_m) continue;
       const Point2 at{from_above(moment.vehicle, point)};
       const double ix{std::floor((at.x - g.x_min_m) / g.cell_size_m)};
       const double iy{std::floor((at.y - g.y_min_m) / g.cell_size_m)};
       if (ix < 0 || iy < 0 || ix >= g.nx || iy >= g.ny) continue;
-      ++votes[static_cast<std::size_t>(iy) * static_cast<std::size_t>(g.nx) + static_cast<std::size_t>(ix)]
-             [truth.instance(u, v)];
+      ++votes[static_cast<std::size_t>(iy) * static_cast<std::size_t>(g.nx) + static_cast<std::size_t>(ix)][body.id];
     }
   }
+}
+
+/// Pixels of obstacles of all left cameras by cell and object.
+std::vector<Votes> count_pixels(const Moment& moment, const TruthGrid& grid) {
+  std::vector<Votes> votes(static_cast<std::size_t>(grid.geometry.nx) * static_cast<std::size_t>(grid.geometry.ny));
+  count_pixels(moment, moment.left, grid, votes);
+  for (const Caster* const other : moment.other_lefts) count_pixels(moment, *other, grid, votes);
   return votes;
 }
 
@@ -218,7 +225,7 @@ void fill_cells(const Moment& moment, const TruthGrid& grid, FrameTruth& truth) 
   fill_footprints(moment, grid, truth);
   fill_low(low, moment, grid, truth);
   fill_free_points(moment, low, grid, truth);
-  fill_seen(count_pixels(moment, grid, truth), truth);
+  fill_seen(count_pixels(moment, grid), truth);
   conclude(truth);
 }
 

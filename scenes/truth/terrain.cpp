@@ -75,7 +75,7 @@ void Samples::fill_row(const Moment& moment, const TruthGrid& grid, int iy) {
     const Vector3 world{on_ground(moment, place)};
     height_m(ix, iy) = moment.vehicle.into(world).z;
     blocked(ix, iy) = is_blocked(moment, grid, world) ? 1 : 0;
-    seen(ix, iy) = in_view(moment.left, world) ? 1 : 0;
+    seen(ix, iy) = in_view(moment, world) ? 1 : 0;
   }
 }
 
@@ -227,11 +227,15 @@ CellCounts count(const Samples& samples, const Boundary& boundary, int cell_x, i
   return counts;
 }
 
-/// True if a place of the vehicle frame is in the image's columns.
+/// True if a place of the vehicle frame is in the columns of an image.
 bool is_in_columns(const Moment& moment, Point2 place) {
-  const Camera& camera{moment.left.camera()};
-  const Projection at{project(camera, on_ground(moment, place))};
-  return at.depth > 0 && at.u >= 0 && at.u <= camera.width_px - 1;
+  const Vector3 point{on_ground(moment, place)};
+  const auto has = [point](const Camera& camera) {
+    const Projection at{project(camera, point)};
+    return at.depth > 0 && at.u >= 0 && at.u <= camera.width_px - 1;
+  };
+  return has(moment.left.camera()) ||
+         std::ranges::any_of(moment.other_lefts, [&](const Caster* caster) { return has(caster->camera()); });
 }
 
 TerrainCell class_of(const CellCounts& counts, bool has_pixels) {

@@ -124,6 +124,11 @@ bool in_view(const Caster& caster, Vector3 point) {
   return hit.part == Hit::sky || hit.depth >= at.depth - std::max(view_tolerance_m, 1e-6 * at.depth * at.depth);
 }
 
+bool in_view(const Moment& moment, Vector3 point) {
+  return in_view(moment.left, point) ||
+         std::ranges::any_of(moment.other_lefts, [&](const Caster* caster) { return in_view(*caster, point); });
+}
+
 FrameTruth truth_of(const Moment& moment, const TruthGrid& grid) {
   FrameTruth truth;
   truth.ego = ego_of(moment);

@@ -28,6 +28,7 @@ struct Moment {
   const Caster& left;
   const Caster& right;
   double time_s{0};
+  std::vector<const Caster*> other_lefts{};  ///< left cameras of the other pairs
 };
 
 /// Exact knowledge about a moment, all but name and stamp. Runs on the threads of the current TBB arena.
@@ -46,5 +47,7 @@ void fill_terrain(const Moment& moment, const TruthGrid& grid, FrameTruth& truth
 /// A point is in view when nothing lies more than this before it.
 constexpr double view_tolerance_m{1e-3};
 [[nodiscard]] bool in_view(const Caster& caster, Vector3 point);
+/// In view of the left camera of any pair.
+[[nodiscard]] bool in_view(const Moment& moment, Vector3 point);
 
 }  // namespace stereogrid::scenes

@@ -73,4 +73,9 @@ class Cpu {
   tbb::task_arena arena_;
 };
 
+/// for_ranges(count, work) of stages that do not name the threads: parts of 8 elements or more.
+inline auto ranges_of(Cpu& cpu) {
+  return [&cpu](int count, const auto& work) { cpu.for_ranges(count, 8, work); };
+}
+
 }  // namespace stereogrid

@@ -131,18 +131,29 @@ struct ViewOfCell {
   T squares;     ///< squared distance from the camera, in cells
 };
 
+/// True: the camera of `view` sees a cell that is (dx, dy) cells from it.
+template <class T>
+STEREOGRID_HD inline auto is_in_angle(const ViewOfStep& view, T dx, T dy) {
+  const auto of = [dx](float value) { return number(dx, value); };
+  const T ahead{dx * of(view.ahead_x) + dy * of(view.ahead_y)};
+  const T left{dy * of(view.ahead_x) - dx * of(view.ahead_y)};
+  const T beyond_left{left - ahead * of(view.left)};
+  const T beyond_right{of(0) - left - ahead * of(view.right)};
+  return And(ahead > of(0), Max(beyond_left, beyond_right) <= of(0));
+}
+
 /// View of the cell in column x and row y.
 template <class T>
 STEREOGRID_HD inline ViewOfCell<T> view_of_cell(const FilterStep& step, T x, T y) {
   const auto of = [x](float value) { return number(x, value); };
-  const T dx{x - of(step.camera_x)};
-  const T dy{y - of(step.camera_y)};
-  const T ahead{dx * of(step.ahead_x) + dy * of(step.ahead_y)};
-  const T left{dy * of(step.ahead_x) - dx * of(step.ahead_y)};
+  const T dx{x - of(step.views[0].camera_x)};
+  const T dy{y - of(step.views[0].camera_y)};
   const T squares{dx * dx + dy * dy};
-  const T beyond_left{left - ahead * of(step.view_left)};
-  const T beyond_right{of(0) - left - ahead * of(step.view_right)};
-  const auto is_in_view = And(ahead > of(0), Max(beyond_left, beyond_right) <= of(0));
+  auto is_in_view = (is_in_angle)(step.views[0], dx, dy);
+  for (int i{1}; i <= step.other_views; ++i) {
+    const ViewOfStep& view{step.views[i]};
+    is_in_view = Or(is_in_view, (is_in_angle)(view, x - of(view.camera_x), y - of(view.camera_y)));
+  }
   const T coarseness{Max(squares / of(step.sharp_squares), of(1))};
   const T decay_in_view{Min(of(step.decay_in_view) * coarseness, of(0.5f))};
   return {IfThenElseZero(squares > of(step.new_view_squares), of(1) - of(step.new_view_squares) / squares),

@@ -148,6 +148,7 @@ struct FilterInput {
   CameraView view{};
   /// joint, CPU: of the blocks as the layers have them before the step; null: unknown.
   const std::vector<BlockKind>* kinds_before{nullptr};
+  std::span<const CameraView> other_views{};  ///< views of the frame's other cameras, fewer than cameras_max
 };
 
 /// Evidence begin … end − 1, weighed together.

@@ -123,6 +123,15 @@ double share_within(double share, double dt_s) {
   return 1 - std::pow(1 - share, dt_s / noise_interval_s);
 }
 
+ViewOfStep view_of_step(const CameraView& view, const GridGeometry& grid) {
+  return {static_cast<float>((view.camera.x_m - grid.x_min_m) / grid.cell_size_m - 0.5),
+          static_cast<float>((view.camera.y_m - grid.y_min_m) / grid.cell_size_m - 0.5),
+          static_cast<float>(std::cos(view.camera.yaw_rad)),
+          static_cast<float>(std::sin(view.camera.yaw_rad)),
+          static_cast<float>(view.left),
+          static_cast<float>(view.right)};
+}
+
 void set_noise(const FilterConfig& config, double dt_s, int velocities, FilterStep& step) {
   const double others{velocities - 1.0};
   const double noise{share_within(config.velocity_noise, dt_s)};
@@ -155,12 +164,10 @@ FilterStep step_of(const FilterInput& input) {
   step.border_occupancy = config.model == FilterModel::joint ? border_occupancy : 0.5f;
   const GridGeometry& grid{input.geometry};
   const CameraView& view{input.view};
-  step.camera_x = static_cast<float>((view.camera.x_m - grid.x_min_m) / grid.cell_size_m - 0.5);
-  step.camera_y = static_cast<float>((view.camera.y_m - grid.y_min_m) / grid.cell_size_m - 0.5);
-  step.ahead_x = static_cast<float>(std::cos(view.camera.yaw_rad));
-  step.ahead_y = static_cast<float>(std::sin(view.camera.yaw_rad));
-  step.view_left = static_cast<float>(view.left);
-  step.view_right = static_cast<float>(view.right);
+  step.views[0] = view_of_step(view, grid);
+  step.other_views = static_cast<int>(input.other_views.size());
+  for (std::size_t i{0}; i < input.other_views.size(); ++i)
+    step.views[i + 1] = view_of_step(input.other_views[i], grid);
   const double square_m2{grid.cell_size_m * grid.cell_size_m};
   step.new_view_squares = static_cast<float>(view.parallax_px_m2 / CameraView::new_view_px / square_m2);
   step.appearing_squares = static_cast<float>(view.focal_baseline_pxm * cells_of_pixel_max / grid.cell_size_m);

@@ -15,6 +15,19 @@ struct MovingFrom {
   float part;
 };
 
+/// Place and angle of view of a camera in a filter step.
+struct ViewOfStep {
+  float camera_x;  ///< column and row of the cell in which the camera is
+  float camera_y;
+  float ahead_x;  ///< viewing direction, of length 1
+  float ahead_y;
+  float left;   ///< cells to the left, for each cell ahead, that it sees; to the right
+  float right;  ///< both negative: nothing is known of the camera
+};
+
+/// Maximum number of cameras of a pipeline.
+constexpr int cameras_max{8};
+
 /// Constants of one filter step.
 struct FilterStep {
   int side;                ///< the lattice has side × side velocities, y-major; odd: the middle one is standstill
@@ -30,13 +43,9 @@ struct FilterStep {
   float appearing_static;  ///< prior of standstill for mass that appears on ground seen free in the frame before
   float appearing_moving;  ///< prior of every other velocity for that
   float lattice_squares;   ///< Σ v_x² over the lattice, m²/s²
-  float decay_in_view;     ///< likewise of cells within the camera's angle of view
-  float camera_x;          ///< column and row of the cell in which the camera is
-  float camera_y;
-  float ahead_x;  ///< viewing direction, of length 1
-  float ahead_y;
-  float view_left;          ///< cells to the left, for each cell ahead, that it sees; to the right
-  float view_right;         ///< both negative: nothing is known of the camera
+  float decay_in_view;     ///< likewise of cells within a camera's angle of view
+  ViewOfStep views[cameras_max];
+  int other_views;          ///< number of views after the first, around whose camera the squared radii are
   float new_view_squares;   ///< squared radius around the camera, in cells, within which the view has changed
   float appearing_squares;  ///< likewise: within it, appearing mass has moved there; infinite: everywhere
   float sharp_squares;      ///< likewise: beyond it, cells in view decay faster; infinite: nowhere

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 
+#include "filter/model.hpp"
 #include "matching/matching.hpp"
 #include "stereogrid/error.hpp"
 
@@ -72,18 +73,24 @@ void check_images(const FrameImages& images, const Rig& rig, const std::string& 
 
 }  // namespace
 
-void check(const Config& config, const Rig& rig, const PipelineOptions& options) {
+void check(const Config& config, std::span<const Rig> rigs, const PipelineOptions& options) {
   std::vector<std::string> found{problems(config)};
-  for (const std::string& problem : problems(rig)) found.push_back("rig: " + problem);
-  const auto require = [&](bool fine, const char* problem) {
-    if (!fine) found.emplace_back(problem);
+  const auto require = [&](bool fine, const std::string& problem) {
+    if (!fine) found.push_back(problem);
   };
-  require(rig.width_px != 0 && rig.height_px != 0, "rig: the image size must be positive.");
-  require(std::max(rig.width_px, rig.height_px) <= image_side_max,
-          "rig: images of up to 16384 × 16384 can be matched.");
+  require(!rigs.empty() && rigs.size() <= cameras_max, "The number of rigs must lie in 1 … 8.");
+  double bytes{0};
+  for (std::size_t i{0}; i < rigs.size(); ++i) {
+    const Rig& rig{rigs[i]};
+    const std::string name{rigs.size() == 1 ? "rig: " : "rig " + std::to_string(i) + ": "};
+    for (const std::string& problem : problems(rig)) found.push_back(name + problem);
+    require(rig.width_px != 0 && rig.height_px != 0, name + "the image size must be positive.");
+    require(std::max(rig.width_px, rig.height_px) <= image_side_max,
+            name + "images of up to 16384 × 16384 can be matched.");
+    bytes += matching_bytes(config.matching, rig);
+  }
   require(config.matching.disparities != 1, "matching.disparities must be 0 (automatic) or at least 2.");
-  require(config.matching.method != MatchingMethod::semi_global ||
-              matching_bytes(config.matching, rig) <= matching_bytes_max,
+  require(config.matching.method != MatchingMethod::semi_global || bytes <= matching_bytes_max,
           "matching.disparities, rig: matching.method=semi_global takes more than 64 GiB. Take fewer disparities or "
           "smaller images.");
   require(options.back_end >= BackEnd::cpu && options.back_end <= BackEnd::automatic,
@@ -92,8 +99,8 @@ void check(const Config& config, const Rig& rig, const PipelineOptions& options)
   require(options.threads >= 0 && options.threads <= threads_max,
           "The number of threads must lie in 0 (all cores) … 1024.");
   const Image<std::uint8_t>& mask{options.mask};
-  require(mask.empty() || (mask.width() == rig.width_px && mask.height() == rig.height_px),
-          "The mask must have the size of the rig's images, or be empty.");
+  require(mask.empty() || (!rigs.empty() && mask.width() == rigs[0].width_px && mask.height() == rigs[0].height_px),
+          "The mask must have the size of the (first) rig's images, or be empty.");
   require(mask.empty() || std::ranges::any_of(mask, [](std::uint8_t pixel) { return pixel != 0; }),
           "The mask leaves no pixel: 0 is a pixel that shows the vehicle, any other number one that is used.");
   require(std::ranges::all_of(options.horizons_s, [](double s) { return s > 0 && s <= horizon_max_s; }),

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/frame_input.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <limits>
 #include <utility>
 
+#include "geometry/composed.hpp"
 #include "matching/checks/external.hpp"
 #include "memory_bytes.hpp"
 #include "stereogrid/error.hpp"
@@ -31,6 +33,10 @@ std::string text_of_ns(double seconds) {
   return std::to_string(std::llround(seconds * 1e9)) + " ns";
 }
 
+const StereoFrame& newest_of(std::span<const CameraImages> frames) {
+  return std::ranges::max_element(frames, {}, [](const CameraImages& one) { return one.frame.stamp_ns; })->frame;
+}
+
 }  // namespace
 
 FrameClock::Tick FrameClock::tick(std::int64_t stamp_ns) {
@@ -46,37 +52,106 @@ FrameClock::Tick FrameClock::tick(std::int64_t stamp_ns) {
           text_of(dt_s) + " since the frame before, more than motion.gap_max_s: " + consequence};
 }
 
-FrameInput::FrameInput(const MotionConfig& config, const Rig& rig, const PipelineOptions& options)
-    : rig_{rig}, levelling_{rig}, clock_{config.gap_max_s}, ego_motion_{config, options.in_world_of_poses} {
-  set_rig(rig);
-  ego_motion_.start_at(options.start);
+CameraInput::CameraInput(const Rig& rig)
+    : rig_{rig},
+      levelling_{rig},
+      left_{level_rig().width_px, level_rig().height_px},
+      right_{left_},
+      disparity_{level_rig().width_px, level_rig().height_px} {}
+
+void CameraInput::set_images(const FrameImages& images, Cpu& cpu, LevelFrame& frame) {
+  frame.left = images.left;
+  frame.right = images.right;
+  frame.disparity = images.disparity;
+  frame.disparity_step_px = step_of(images.disparity);
+  if (!levelling_.is_needed()) return;
+  levelling_.apply(cpu, images.left, left_.view());
+  frame.left = left_.view();
+  if (!images.right.empty()) {
+    levelling_.apply(cpu, images.right, right_.view());
+    frame.right = right_.view();
+  }
+  if (!images.disparity.empty()) {
+    levelling_.apply(cpu, images.disparity, disparity_.view());
+    frame.disparity = disparity_.view();
+  }
 }
 
-void FrameInput::set_rig(const Rig& rig) {
-  Levelling levelling{rig};
-  const Rig& level_rig{levelling.level_rig()};
-  Image<std::uint8_t> left{level_rig.width_px, level_rig.height_px};
-  Image<std::uint8_t> right{left};
-  Image<float> disparity{level_rig.width_px, level_rig.height_px};
-  left_ = std::move(left);
-  right_ = std::move(right);
-  disparity_ = std::move(disparity);
-  levelling_ = levelling;
-  rig_ = rig;
+std::size_t CameraInput::memory_bytes() const {
+  return memory_bytes_of(left_, right_, disparity_);
 }
 
-void FrameInput::check(const StereoFrame& frame, const FrameImages& images) const {
-  stereogrid::check(frame, images, rig_);
-  if (clock_.stands_still(frame.stamp_ns)) {
-    throw InputError{"frame " + frame.name, "its stamp is that of the frame before.",
+FrameInput::FrameInput(const MotionConfig& config, std::span<const Rig> rigs, const PipelineOptions& options)
+    : gap_max_s_{config.gap_max_s},
+      cameras_(rigs.begin(), rigs.end()),
+      now_{FrameClock{config.gap_max_s}, EgoMotion{config, options.in_world_of_poses}} {
+  now_.ego_motion.start_at(options.start);
+  frames_.reserve(rigs.size());
+  views_.reserve(rigs.size());
+}
+
+void FrameInput::check(std::span<const CameraImages> frames) const {
+  if (frames.empty()) throw InputError{"frame", "there is none.", "Give a frame of one camera at least."};
+  std::uint64_t seen{0};
+  for (const auto& [frame, images] : frames) {
+    const auto refuse = [name = frame.name](const std::string& problem, const char* remedy) {
+      throw InputError{"frame " + name, problem, remedy};
+    };
+    if (frame.camera < 0 || frame.camera >= static_cast<int>(cameras_.size())) {
+      refuse("its camera is " + std::to_string(frame.camera) + " (allowed 0 … " + std::to_string(cameras_.size() - 1) +
+                 ").",
+             "The camera is an index into the pipeline's rigs.");
+    }
+    const auto camera = static_cast<std::size_t>(frame.camera);
+    if ((seen >> camera & 1U) != 0) refuse("is the second one of its camera.", "Give one frame of a camera at a time.");
+    seen |= std::uint64_t{1} << camera;
+    stereogrid::check(frame, images, cameras_[camera].rig());
+    if (now_.last[camera].stamp_ns && *now_.last[camera].stamp_ns == frame.stamp_ns) {
+      refuse("its stamp is that of the frame before.", "Every frame needs a stamp of its own.");
+    }
+  }
+  const StereoFrame& newest{newest_of(frames)};
+  if (now_.clock.stands_still(newest.stamp_ns)) {
+    throw InputError{"frame " + newest.name, "its stamp is that of the frame before.",
                      "Every frame needs a stamp of its own."};
   }
 }
 
-LevelFrame FrameInput::convert(const StereoFrame& frame, const FrameImages& images, Cpu& cpu, FrameResult& result) {
-  FrameClock::Tick tick{clock_.tick(frame.stamp_ns)};
+// The vehicle is where it was at the newest frame. The camera of another frame is moved by the difference of the poses.
+void FrameInput::add(const CameraImages& one, const StereoFrame& newest, const FrameSet& set, Cpu& cpu) {
+  const StereoFrame& frame{one.frame};
+  CameraInput& camera{cameras_[static_cast<std::size_t>(frame.camera)]};
+  LastFrame& last{now_.last[static_cast<std::size_t>(frame.camera)]};
+  const bool has_moved{&frame != &newest && newest.world_from_vehicle && frame.world_from_vehicle};
+  const Pose2 vehicle{has_moved
+                          ? set.world_from_vehicle * (inverse(*newest.world_from_vehicle) * *frame.world_from_vehicle)
+                          : set.world_from_vehicle};
+  LevelFrame level{};
+  level.world_from_camera = composed(vehicle, camera_place(camera.rig()));
+  level.camera = frame.camera;
+  const bool follows{last.stamp_ns && *last.stamp_ns < frame.stamp_ns};
+  const double since_last_s{follows ? seconds_between(*last.stamp_ns, frame.stamp_ns) : 0};
+  level.restarts = set.restarts || (last.stamp_ns && !(follows && since_last_s <= gap_max_s_));
+  level.dt_s = level.restarts ? 0 : since_last_s;
+  camera.set_images(one.images, cpu, level);
+  frames_.push_back(level);
+  const double travelled_m{
+      level.dt_s > 0 && frame.world_from_vehicle
+          ? std::hypot(vehicle.x_m - last.world_from_vehicle.x_m, vehicle.y_m - last.world_from_vehicle.y_m)
+          : std::numeric_limits<double>::infinity()};
+  const Rig& rig{camera.rig()};
+  const double focal_baseline_pxm{rig.focal_px * rig.baseline_m};
+  views_.push_back({level.world_from_camera, rig.cx_px / rig.focal_px, (rig.width_px - rig.cx_px) / rig.focal_px,
+                    focal_baseline_pxm * travelled_m, focal_baseline_pxm});
+  last = {frame.stamp_ns, vehicle};
+}
+
+const FrameSet& FrameInput::convert(std::span<const CameraImages> frames, Cpu& cpu, FrameResult& result) {
+  const StereoFrame& newest{newest_of(frames)};
+  FrameClock::Tick tick{now_.clock.tick(newest.stamp_ns)};
   if (tick.leap) {
-    ego_motion_.restart();
+    now_.ego_motion.restart();
+    drop_last_frames();
     result.add(*tick.leap, std::move(tick.warning));
   }
   const double dt_s{tick.dt_s};
@@ -86,53 +161,33 @@ LevelFrame FrameInput::convert(const StereoFrame& frame, const FrameImages& imag
                                " after that of the frame before: stamp_ns is "
                                "in nanoseconds. Convert it from seconds, milliseconds or microseconds."});
   }
-  const Pose2 before{ego_motion_.world_from_vehicle()};
-  const Pose2 pose{place(frame, dt_s, result)};
-  const double travelled_m{dt_s > 0 && frame.world_from_vehicle
-                               ? std::hypot(pose.x_m - before.x_m, pose.y_m - before.y_m)
-                               : std::numeric_limits<double>::infinity()};
-  LevelFrame converted{images.left, images.right,      images.disparity,       pose,
-                       dt_s,        frame.other_grids, view(pose, travelled_m)};
-  converted.restarts = tick.leap.has_value();
-  converted.disparity_step_px = step_of(images.disparity);
-  if (!levelling_.is_needed()) return converted;
-  level(images, cpu);
-  converted.left = left_.view();
-  if (!converted.right.empty()) converted.right = right_.view();
-  if (converted.has_external_disparity()) converted.disparity = disparity_.view();
-  return converted;
+  frames_.clear();
+  views_.clear();
+  set_ = {{}, place(newest, dt_s, result), dt_s, newest.other_grids, {}, tick.leap.has_value()};
+  for (std::size_t camera{0}; camera < cameras_.size(); ++camera) {
+    const auto has_camera = [camera](const CameraImages& one) { return one.frame.camera == static_cast<int>(camera); };
+    const auto one = std::ranges::find_if(frames, has_camera);
+    if (one != frames.end()) add(*one, newest, set_, cpu);
+  }
+  set_.cameras = frames_;
+  set_.views = views_;
+  return set_;
 }
 
 Pose2 FrameInput::place(const StereoFrame& frame, double dt_s, FrameResult& result) {
-  EgoMotion::Placing placing{ego_motion_.place(frame.world_from_vehicle, dt_s)};
+  EgoMotion::Placing placing{now_.ego_motion.place(frame.world_from_vehicle, dt_s)};
   if (placing.status) result.add(*placing.status, std::move(placing.warning));
   return placing.world_from_vehicle;
 }
 
-CameraView FrameInput::view(const Pose2& world_from_vehicle, double travelled_m) const {
-  const double focal_baseline_pxm{rig_.focal_px * rig_.baseline_m};
-  return {world_from_vehicle, rig_.cx_px / rig_.focal_px, (rig_.width_px - rig_.cx_px) / rig_.focal_px,
-          focal_baseline_pxm * travelled_m, focal_baseline_pxm};
-}
-
-void FrameInput::level(const FrameImages& images, Cpu& cpu) {
-  levelling_.apply(cpu, images.left, left_.view());
-  if (!images.right.empty()) levelling_.apply(cpu, images.right, right_.view());
-  if (!images.disparity.empty()) levelling_.apply(cpu, images.disparity, disparity_.view());
-}
-
-void FrameInput::rewind(const Moment& before) {
-  clock_ = before.clock;
-  ego_motion_ = before.ego_motion;
-}
-
 void FrameInput::restart() {
-  clock_.reset();
-  ego_motion_.restart();
+  now_.clock.reset();
+  now_.ego_motion.restart();
+  drop_last_frames();
 }
 
 std::size_t FrameInput::memory_bytes() const {
-  return memory_bytes_of(left_, right_, disparity_);
+  return memory_bytes_of(cameras_, frames_, views_);
 }
 
 }  // namespace stereogrid

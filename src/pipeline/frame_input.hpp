@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -43,56 +46,92 @@ class FrameClock {
   std::optional<std::int64_t> last_ns_;
 };
 
-/// Converts stereo frames to the frame pipeline's input: time step, pose in the world, level images.
-class FrameInput {
+/// A camera's rig and level images.
+class CameraInput {
  public:
-  FrameInput(const MotionConfig& config, const Rig& rig, const PipelineOptions& options);
+  explicit CameraInput(const Rig& rig);
 
   [[nodiscard]] const Rig& rig() const { return rig_; }
   [[nodiscard]] const Rig& level_rig() const { return levelling_.level_rig(); }
   /// Pitch that levelling removes.
   [[nodiscard]] double turned_rad() const { return rig_.camera_pitch_rad - level_rig().camera_pitch_rad; }
-  /// Replaces the rig; time and world continue.
-  void set_rig(const Rig& rig);
+  /// Sets the images of `frame`: views of `images` or of this object's images, until the next call.
+  void set_images(const FrameImages& images, Cpu& cpu, LevelFrame& frame);
+  [[nodiscard]] std::size_t memory_bytes() const;
 
-  /// Throws InputError: the frame does not fit the rig, or has the stamp of the frame before.
-  void check(const StereoFrame& frame, const FrameImages& images) const;
-  /// The views are `images` or of this object's images, until the next call. Sets status and warnings of clock and
-  /// poses in `result`.
-  LevelFrame convert(const StereoFrame& frame, const FrameImages& images, Cpu& cpu, FrameResult& result);
+ private:
+  Rig rig_;
+  Levelling levelling_;
+  Image<std::uint8_t> left_;
+  Image<std::uint8_t> right_;
+  Image<float> disparity_;
+};
+
+/// A frame of a camera: index, stamp, pose and grids in `frame`, pixels in `images`.
+struct CameraImages {
+  const StereoFrame& frame;
+  FrameImages images;
+};
+
+/// Converts stereo frames to the frame pipeline's input: time step, poses in the world, level images.
+class FrameInput {
+ public:
+  FrameInput(const MotionConfig& config, std::span<const Rig> rigs, const PipelineOptions& options);
+
+  [[nodiscard]] const CameraInput& camera(std::size_t index) const { return cameras_[index]; }
+  [[nodiscard]] std::size_t cameras() const { return cameras_.size(); }
+  /// Replaces a rig; time and world continue.
+  void set_rig(std::size_t camera, const Rig& rig) { cameras_[camera] = CameraInput{rig}; }
+
+  /// Throws InputError: a frame does not fit its rig, is one of two of a camera, or is not after those before.
+  void check(std::span<const CameraImages> frames) const;
+  /// The views are of the frames' images or of this object's images, until the next call. Sets status and warnings of
+  /// clock and poses in `result`.
+  const FrameSet& convert(std::span<const CameraImages> frames, Cpu& cpu, FrameResult& result);
+  /// Time and place of a camera's last frame.
+  struct LastFrame {
+    std::optional<std::int64_t> stamp_ns{};
+    Pose2 world_from_vehicle{};
+
+    template <class State>
+    void exchange(State& state) {
+      state(stamp_ns, world_from_vehicle);
+    }
+  };
   /// Time and world between two frames.
   struct Moment {
     FrameClock clock;
     EgoMotion ego_motion;
+    std::array<LastFrame, cameras_max> last{};
   };
-  [[nodiscard]] Moment moment() const { return {clock_, ego_motion_}; }
+  [[nodiscard]] const Moment& moment() const { return now_; }
   /// Time and world as they were: the same frame may be converted again.
-  void rewind(const Moment& before);
+  void rewind(const Moment& before) { now_ = before; }
   /// Makes the next frame a first one.
   void restart();
 
   [[nodiscard]] std::size_t memory_bytes() const;
   template <class State>
   void exchange(State& state) {
-    state(clock_, ego_motion_);
+    state(now_.clock, now_.ego_motion);
+    for (std::size_t i{0}; i < cameras_.size(); ++i) state(now_.last[i]);
   }
 
  private:
+  void drop_last_frames() { std::ranges::fill(now_.last, LastFrame{}); }
   Pose2 place(const StereoFrame& frame, double dt_s, FrameResult& result);
-  [[nodiscard]] CameraView view(const Pose2& world_from_vehicle, double travelled_m) const;
-  void level(const FrameImages& images, Cpu& cpu);
+  void add(const CameraImages& one, const StereoFrame& newest, const FrameSet& set, Cpu& cpu);
 
-  Rig rig_;
-  Levelling levelling_;
-  FrameClock clock_;
-  EgoMotion ego_motion_;
-  Image<std::uint8_t> left_;
-  Image<std::uint8_t> right_;
-  Image<float> disparity_;
+  double gap_max_s_;
+  std::vector<CameraInput> cameras_;
+  Moment now_;
+  std::vector<LevelFrame> frames_;  // cameras of the last convert(); likewise the next two
+  std::vector<CameraView> views_;
+  FrameSet set_{};
 };
 
 /// Throws ConfigError with all that a pipeline cannot be made of.
-void check(const Config& config, const Rig& rig, const PipelineOptions& options);
+void check(const Config& config, std::span<const Rig> rigs, const PipelineOptions& options);
 
 /// Throws InputError where a frame's images, pose or other grids cannot be used.
 void check(const StereoFrame& frame, const FrameImages& images, const Rig& rig);

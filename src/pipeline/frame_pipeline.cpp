@@ -8,252 +8,296 @@
 #include <utility>
 
 #include "backend/cpu.hpp"
+#include "fusion/cameras.hpp"
 #include "fusion/fusion.hpp"
-#include "matching/checks/external.hpp"
-#include "observation/rays/rays.hpp"
+#include "geometry/composed.hpp"
 #include "pipeline/results.hpp"
-#include "pipeline/stages.hpp"
 
 namespace stereogrid {
 namespace {
 
-auto ranges_of(Cpu& cpu) {
-  return [&cpu](int count, const auto& work) { cpu.for_ranges(count, 8, work); };
+std::vector<CameraSetup> one_camera(CameraSetup setup) {
+  std::vector<CameraSetup> cameras;
+  cameras.push_back(std::move(setup));
+  return cameras;
+}
+
+// a_from_world · world_from_b, the identity for the same pose.
+Pose2 relative(const Pose2& world_from_a, const Pose2& world_from_b) {
+  return world_from_a == world_from_b ? Pose2{} : inverse(world_from_a) * world_from_b;
+}
+
+std::vector<std::unique_ptr<CameraPipeline>> pipelines_of(Cpu& cpu, std::vector<CameraSetup> setups) {
+  std::vector<std::unique_ptr<CameraPipeline>> cameras;
+  for (CameraSetup& setup : setups) cameras.push_back(std::make_unique<CameraPipeline>(std::move(setup), cpu));
+  return cameras;
+}
+
+std::vector<Rig> level_rigs_of(const std::vector<std::unique_ptr<CameraPipeline>>& cameras) {
+  std::vector<Rig> rigs;
+  for (const auto& camera : cameras) rigs.push_back(camera->level_rig());
+  return rigs;
+}
+
+std::size_t flow_points(const std::vector<std::unique_ptr<CameraPipeline>>& cameras) {
+  std::size_t points{0};
+  for (const auto& camera : cameras) points += camera->flow_points();
+  return points;
 }
 
 }  // namespace
 
 FramePipeline::FramePipeline(const Config& config, const Rig& level_rig, Cpu& cpu, std::unique_ptr<Stages> stages,
                              double turned_rad, GroundMode mode)
+    : FramePipeline{config, cpu, one_camera({config, level_rig, std::move(stages), turned_rad, mode})} {}
+
+FramePipeline::FramePipeline(const Config& config, Cpu& cpu, std::vector<CameraSetup> cameras)
     : config_{config},
-      rig_{level_rig},
-      turned_rad_{turned_rad},
       cpu_{cpu},
-      stages_{std::move(stages)},
+      cameras_{pipelines_of(cpu, std::move(cameras))},
       window_{vehicle_grid_of(config.grid)},
-      estimator_{rig_, config.ground, config.matching.disparities, turned_rad},
-      first_ground_{first_ground(extrinsics_of(rig_), mode)},
-      state_{config, rig_, first_ground_, window_.cells()},
-      ground_space_{rig_},
-      velocity_evidence_{window_.cells(), velocity_axis(config.filter), state_.scene_flow.points_reserved()},
-      clusters_{rig_, config.u_disparity, config.matching.disparities, state_.scene_flow.points_reserved()} {}
+      tracker_{config.tracking, level_rigs_of(cameras_)},
+      velocity_evidence_{window_.cells(), velocity_axis(config.filter), flow_points(cameras_)} {
+  now_.reserve(cameras_.size());
+  observed_.reserve(cameras_.size());
+  terrains_.reserve(cameras_.size());
+  new_extrinsics_.reserve(cameras_.size());
+  held_.ids.reserve(retained_cells_max);
+  if (has_one_camera()) return;
+  held_.cells.reserve(retained_cells_max);
+  vectors_.reserve(flow_points(cameras_));
+  clusters_.reserve(cameras_.size() * at(0).clusters().capacity());
+}
 
-std::optional<Ground> FramePipeline::process(const LevelFrame& frame, FrameResult& result) {
+std::span<const NewExtrinsics> FramePipeline::process(const FrameSet& frame, FrameResult& result) {
   if (frame.restarts) reset();
-  StageTimes host;  // times of the host's own stages
-  const FrameGrids grids{grids_of(frame)};
-  const Ground expected{estimator_.expected(state_.ground, frame.dt_s)};
-  const Point2 place{frame.world_from_vehicle.x_m, frame.world_from_vehicle.y_m};
-
-  const bool has_own_changed{find_own_surface(frame, place)};
-  stages_->match(frame, grids, state_.alignment, {expected});  // III-C, or external disparities
-  if (frame.has_external_disparity()) {
-    std::string excess{excess_of(frame.disparity, config_.matching.disparities)};
-    if (!excess.empty()) result.warnings.push_back({std::move(excess)});
-  }
-  if (state_.is_first) align_first(frame, grids, expected);
-  std::span<const VelocityEvidence> velocities;
-  const GroundFit first{stages_->both(
-      cpu_, [&] { velocities = track_features(frame, grids.window, host.flow); },
-      [&] { return fit_ground(frame, host.ground); })};
-  state_.near.compare(matched(frame), expected, frame.world_from_vehicle, grids.window);
-  const GroundFit ground{rematch(frame, grids, first, host.ground)};
-  const TerrainRules rules{find_terrain(frame, grids, ground, host.ground, result)};
-  if (state_.terrain && frame.has_external_disparity())
-    stages_->match(frame, grids, state_.alignment, {ground.plane, &rules.relief});
-
-  const auto filter = [&](const Evidence& evidence, std::span<const VelocityEvidence> measured) {
-    stages_->observe(frame, grids, evidence, result);  // IV, V-A
-    stages_->filter(frame, grids, measured, result);   // V-B
-  };
-  const Evidence evidence{true, ground.plane, rules, blur_in(frame), state_.near.held(true).cells};
-  const Rejection checked{stages_->both(
-      cpu_, [&] { filter(evidence, velocities); },
+  const FrameGrids grids{grids_of(frame, frame.world_from_vehicle)};
+  look(frame, result);
+  at(0).stages().both(
+      cpu_, [&] { filter(grids, false, result); },
       [&] {
-        if (!state_.is_first) align(frame, expected);
-        return check(frame, ground, host.track);
-      })};
-  const SettledGround settled{estimator_.settle(state_.ground, ground, has_matched(checked), frame.dt_s, place)};
-  const Rejection rejection{settled.new_extrinsics && checked == Rejection::none ? Rejection::plane_contradicted
-                                                                                 : checked};
-  const bool is_usable{rejection == Rejection::none};
-  if (!is_usable) {  // again from the state before the frame
-    filter({.is_usable = false, .held = state_.near.held(false).cells}, {});
-    state_.scene_flow.clear();
+        for (CameraFrame& now : now_) now.rejection = of(now).check(now);
+        return true;
+      });
+  for (CameraFrame& now : now_) of(now).settle(now, now.rejection);
+  // again from the state before the frame
+  if (std::ranges::any_of(now_, [](const CameraFrame& now) { return !now.is_usable(); })) filter(grids, true, result);
+  publish(grids, result);
+
+  new_extrinsics_.clear();
+  for (CameraFrame& now : now_) {
+    of(now).end(now);
+    if (now.settled.new_extrinsics) new_extrinsics_.push_back({now.frame.camera, *now.settled.new_extrinsics});
   }
-  publish(frame, ground, rejection, result);
-
-  if (has_own_changed) report(state_.own_surface, result);
-  const bool is_own_ground{has_own_changed && !ground.plane.estimated};  // the extrinsics were those over a bonnet
-  if (!settled.new_extrinsics)
-    state_.ground = is_own_ground ? first_ground(state_.ground.extrinsics, GroundMode::assumed) : settled.state;
-  state_.is_first = false;
-  cpu_.together([&] { report_too_close(update_tracks(frame, ground, is_usable, result, host.track), result); },
-                [&] { add_features(frame, is_usable, host.flow); });
-  result.timing_ms.ground += host.ground;
-  result.timing_ms.flow = host.flow;
-  result.timing_ms.track = host.track;
-  return settled.new_extrinsics;
+  is_first_ = false;
+  cpu_.together([&] { update_tracks(frame, result); },
+                [&] {
+                  for (CameraFrame& now : now_) of(now).add_features(now);
+                });
+  result.timing_ms.flow += std::exchange(filter_flow_ms_, 0);
+  for (const CameraFrame& now : now_) {
+    result.timing_ms.ground += now.times.ground;
+    result.timing_ms.flow += now.times.flow;
+    result.timing_ms.track += now.times.track;
+  }
+  if (!has_one_camera()) report_cameras(result);
+  return new_extrinsics_;
 }
 
-// The misalignment of the first frame is measured before its ground is searched, and once more on better matches.
-void FramePipeline::align_first(const LevelFrame& frame, const FrameGrids& grids, const Ground& expected) {
-  for (int round{0}; round < 2 && align(frame, expected) && !state_.alignment.is_identity(); ++round)
-    stages_->match(frame, grids, state_.alignment, {expected});
-}
-
-// True: the rows that show the vehicle have changed. Given extrinsics stay without it.
-bool FramePipeline::find_own_surface(const LevelFrame& frame, Point2 place) {
-  return config_.ground.estimate && state_.ground.mode != GroundMode::given &&
-         state_.own_surface.update(frame.left, stages_->mask().view(), place);
+void FramePipeline::reset() {
+  is_first_ = true;
+  tracker_.reset();
+  for (const std::unique_ptr<CameraPipeline>& camera : cameras_) camera->reset();
 }
 
 void FramePipeline::continue_from(const FramePipeline& before) {
-  state_.tracker.continue_ids(before.state_.tracker);
-  state_.own_surface.continue_from(before.state_.own_surface, turned_rad_ - before.turned_rad_);
+  tracker_.continue_ids(before.tracker_);
+  for (std::size_t i{0}; i < cameras_.size(); ++i) cameras_[i]->continue_from(*before.cameras_[i]);
 }
 
-GroundFit FramePipeline::fit_ground(const LevelFrame& frame, double& ms) {
-  const MatchedFrame matches{matched(frame)};
-  const ScopedTimer timer{ms};
-  estimator_.gather(matches, state_.own_surface.first_row(), ground_space_);
-  return estimator_.fit(state_.ground, frame.dt_s, ground_space_);
-}
-
-// The road hypothesis needs a plane before there are disparities. A frame whose plane is another one is matched again.
-GroundFit FramePipeline::rematch(const LevelFrame& frame, const FrameGrids& grids, const GroundFit& ground,
-                                 double& ms) {
-  if (ground.wants_rematch || frame.has_external_disparity())
-    stages_->match(frame, grids, state_.alignment, {ground.matched_on()});
-  if (!ground.wants_rematch) return ground;
-  const MatchedFrame matches{matched(frame)};
-  const ScopedTimer timer{ms};
-  estimator_.gather(matches, state_.own_surface.first_row(), ground_space_);
-  return estimator_.refit(state_.ground, ground, ground_space_);
-}
-
-FrameGrids FramePipeline::grids_of(const LevelFrame& frame) const {
+FrameGrids FramePipeline::grids_of(const FrameSet& frame, const Pose2& world_from_camera) const {
   const GridGeometry window{window_.at(frame.world_from_vehicle)};
-  return {window, grid_in_vehicle(vehicle_grid_of(config_.grid), {}),
-          grid_in_vehicle(window, inverse(frame.world_from_vehicle)), state_.is_first};
+  const GridGeometry vehicle{vehicle_grid_of(config_.grid)};
+  return {frame,
+          window,
+          grid_in_vehicle(vehicle, {}),
+          grid_in_vehicle(window, inverse(frame.world_from_vehicle)),
+          grid_in_vehicle(vehicle, relative(world_from_camera, frame.world_from_vehicle)),
+          grid_in_vehicle(window, inverse(world_from_camera)),
+          is_first_};
 }
 
-MatchedFrame FramePipeline::matched(const LevelFrame& frame) const {
-  return {frame.left, frame.right, stages_->read().lattice, stages_->mask().view(), frame.has_external_disparity()};
+bool FramePipeline::has_frame(int camera) const {
+  return std::ranges::any_of(now_, [&](const CameraFrame& now) { return now.frame.camera == camera; });
 }
 
-FlowFrame FramePipeline::flow_frame(const LevelFrame& frame) const {
-  return {frame.left, frame.right,     state_.alignment.offsets(),        frame.world_from_vehicle,
-          frame.dt_s, frame.disparity, config_.matching.external_sigma_px};
+void FramePipeline::look(const FrameSet& frame, FrameResult& result) {
+  now_.clear();
+  for (const LevelFrame& one : frame.cameras) {
+    FrameResult& seen{has_one_camera() ? result : result.cameras[static_cast<std::size_t>(one.camera)]};
+    now_.push_back(at(one.camera).look(one, grids_of(frame, one.world_from_camera), seen));
+  }
+  for (int camera{0}; camera < static_cast<int>(cameras_.size()); ++camera) {
+    if (has_frame(camera)) continue;
+    at(camera).look_at_nothing(grids_of(frame, frame.world_from_vehicle));
+    StageImages& stages{result.cameras[static_cast<std::size_t>(camera)].stages};
+    set_unknown(stages);
+    stages.obstacle_disparity.fill(0);
+    stages.road_disparity.fill(0);
+    stages.match_confidence.fill(0);
+  }
 }
 
-std::span<const VelocityEvidence> FramePipeline::track_features(const LevelFrame& frame, const GridGeometry& window,
-                                                                double& ms) {
-  const ScopedTimer timer{ms};
-  SceneFlow& flow{state_.scene_flow};
-  config_.filter.scene_flow ? flow.follow(flow_frame(frame), ranges_of(cpu_)) : flow.clear();
+void FramePipeline::filter(const FrameGrids& grids, bool is_checked, FrameResult& result) {
+  for (const CameraFrame& now : now_) of(now).observe(now, !is_checked || now.is_usable());
+  if (!has_one_camera()) {
+    fuse_observed(result);
+  }
+  at(0).stages().filter(grids, {find_velocities(grids), held_cells(is_checked)}, result);
+}
+
+void FramePipeline::fuse_observed(FrameResult& result) {
+  const auto fuse = [this](View<float> cells, const auto& observed_by) {
+    observed_.clear();
+    for (const CameraFrame& now : now_) observed_.push_back(observed_by(now));
+    ranges_of(cpu_)(cells.height, [&](int begin, int end) { fuse_camera_rows(observed_, begin, end, cells); });
+  };
+  fuse(result.observed.view(), [](const CameraFrame& now) { return std::as_const(now.result.observed).view(); });
+  fuse(at(0).stages().observed_window(),
+       [this](const CameraFrame& now) -> View<const float> { return of(now).stages().observed_window(); });
+}
+
+std::span<const VelocityEvidence> FramePipeline::find_velocities(const FrameGrids& grids) {
   if (config_.filter.model != FilterModel::joint) return {};
-  return velocity_evidence_.gather(flow.vectors(), window, ranges_of(cpu_), frame.view);
+  const ScopedTimer timer{filter_flow_ms_};
+  vectors_.clear();
+  for (const CameraFrame& now : now_) {
+    const std::vector<FlowVector>& own{of(now).flow_vectors()};
+    if (!has_one_camera()) vectors_.insert(vectors_.end(), own.begin(), own.end());
+  }
+  const std::span views{grids.frame.views};
+  return velocity_evidence_.gather(has_one_camera() ? at(0).flow_vectors() : vectors_, grids.window, ranges_of(cpu_),
+                                   views.empty() ? CameraView{} : views.front());
 }
 
-// Selects features to be tracked from the next frame on.
-void FramePipeline::add_features(const LevelFrame& frame, bool is_usable, double& ms) {
-  if (!is_usable || !config_.filter.scene_flow) return;
-  const ScopedTimer timer{ms};
-  state_.scene_flow.add_points(flow_frame(frame), stages_->read().lattice, ranges_of(cpu_));
-}
-
-// Measures the vertical misalignment in matches on the expected ground.
-bool FramePipeline::align(const LevelFrame& frame, const Ground& expected) {
-  if (!config_.matching.align_rows || frame.right.empty()) return false;
-  return state_.alignment.update(frame.left, frame.right, stages_->read().lattice, road_plane(rig_, expected),
-                                 ranges_of(cpu_));
-}
-
-TerrainRules FramePipeline::find_terrain(const LevelFrame& frame, const FrameGrids& grids, const GroundFit& ground,
-                                         double& ms, FrameResult& result) {
-  if (!state_.terrain) return {};
-  const ScopedTimer timer{ms};
-  const HostMatches& matches{stages_->read()};
-  state_.terrain->find(matches.obstacle, matches.road, ground.plane, ground.matched_on(),
-                       {grids.window, grids.window_cells, frame.world_from_vehicle, frame.dt_s}, ranges_of(cpu_),
-                       result);
-  return state_.terrain->rules();
-}
-
-// The noise of disparities that are rounded or smoothed by the matcher does not show their errors.
-float FramePipeline::blur_in(const LevelFrame& frame) const {
-  const MatchingConfig& matching{config_.matching};
-  const bool is_own{!frame.has_external_disparity()};
-  if (is_own && (!matching.subpixel || matching.method != MatchingMethod::correlation)) return widest_blur_px;
-  if (!is_own && matching.external_sigma_px > 0) return blur_of(matching.external_sigma_px);
-  const float rounded_px{blur_of(frame.disparity_step_px / std::sqrt(12.0))};
-  return std::max(rounded_px, blur_of(stages_->read().lattice, matching.window_px));
-}
-
-// Checks the frame, and finds the segments of a usable one.
-Rejection FramePipeline::check(const LevelFrame& frame, const GroundFit& ground, double& segments_ms) {
-  const MatchedFrame matches{matched(frame)};
-  Rejection rejection{check_images(matches, rig_, ground.matched_on(), config_.matching.disparities)};
-  if (rejection == Rejection::none) rejection.reason = estimator_.reason_to_reject(state_.ground, ground, frame.dt_s);
-  const bool decides_terrain{state_.terrain || !config_.ground.estimate};
-  if (rejection == Rejection::none && !decides_terrain && falls_away(matches, rig_, ground.plane))
-    rejection.reason = Rejection::falls_away;
-  if (!(rejection == Rejection::none)) return rejection;
-  const ScopedTimer timer{segments_ms};
-  find_segments(stages_->read().obstacle, ground.plane,
-                state_.terrain ? state_.terrain->rules().relief : Relief<Host>{}, frame.world_from_vehicle,
-                state_.scene_flow.vectors(), ranges_of(cpu_), clusters_);
-  return rejection;
+std::span<const RetainedCell> FramePipeline::held_cells(bool is_checked) {
+  const auto of_camera = [&](const CameraFrame& now) -> const std::vector<RetainedCell>& {
+    return of(now).near().held(!is_checked || now.is_usable()).cells;
+  };
+  if (has_one_camera()) return of_camera(now_.front());
+  held_.cells.clear();
+  for (const CameraFrame& now : now_) {
+    for (const RetainedCell& cell : of_camera(now)) {
+      if (held_.cells.size() < retained_cells_max) held_.cells.push_back(cell);
+    }
+  }
+  return held_.cells;
 }
 
 // Completes the result but for its obstacles. The grids are final from here on.
-void FramePipeline::publish(const LevelFrame& frame, const GroundFit& ground, const Rejection& rejection,
-                            FrameResult& result) {
-  const bool is_usable{rejection == Rejection::none};
+void FramePipeline::publish(const FrameGrids& grids, FrameResult& result) {
+  at(0).stages().publish(grids, result);
+  for (const CameraFrame& now : now_) {
+    of(now).publish(now);
+    if (now.frame.camera == 0) continue;
+    of(now).stages().publish(now.grids, now.result);
+    result.timing_ms.match += now.result.timing_ms.match;
+    result.timing_ms.count += now.result.timing_ms.count;
+    result.timing_ms.project += now.result.timing_ms.project;
+  }
+  if (!has_one_camera()) fuse_terrain(result);
   const bool is_joint{config_.filter.model == FilterModel::joint};
-  stages_->publish(frame, result);
-  result.ground = ground.matched_on();
-  result.ground.estimated = ground.plane.estimated && is_usable;
-  report(rejection, result);
-  if (rejection == Rejection::camera_rolled) report_roll(seen_from(*ground.rolled, turned_rad_), result);
-  if (ground.disagreeing) report_disagreement(rig_, turned_rad_, *ground.disagreeing, result);
-  if (!is_usable) {
-    set_unknown(result.stages);
-    FrameTerrain::clear(result);
-  } else if (is_joint) {
+  if (is_joint && std::ranges::any_of(now_, &CameraFrame::is_usable)) {
+    const bool is_widened{std::ranges::any_of(grids.frame.cameras, std::not_fn(&LevelFrame::has_external_disparity))};
     ranges_of(cpu_)(result.observed.height(), [&](int begin, int end) {
-      correct_by_frame(frame.world_from_vehicle, !frame.has_external_disparity(), begin, end, result);
+      correct_by_frame(grids.frame.world_from_vehicle, is_widened, begin, end, result);
     });
   }
-  if (state_.terrain) {
-    const auto claims_free = [&frame](Point2 at) { return claimed(frame.other_grids, at) < 0.5; };
-    state_.terrain->bound_filtered(is_usable, frame.other_grids.empty() ? std::function<bool(Point2)>{} : claims_free,
-                                   result);
-  }
-  if (is_joint) complete_unobserved(frame.world_from_vehicle, result);
+  publish_terrain(grids.frame, result);
+  if (is_joint) complete_unobserved(grids.frame.world_from_vehicle, result);
 }
 
-const HeldObstacles& FramePipeline::update_tracks(const LevelFrame& frame, const GroundFit& ground, bool is_usable,
-                                                  FrameResult& result, double& ms) {
-  const ScopedTimer timer{ms};
-  clusters_.clusters.clear();
-  if (is_usable) {
-    const std::span<const EdgePoint> edges{state_.terrain ? state_.terrain->edges() : std::span<const EdgePoint>{}};
-    make_clusters(result.world, frame.world_from_vehicle, state_.scene_flow.vectors(),
-                  {edges, passage_width * config_.vehicle.height_m}, clusters_);
+void FramePipeline::publish_terrain(const FrameSet& frame, FrameResult& result) {
+  FrameTerrain* const common{at(0).terrain()};
+  if (common == nullptr) return;
+  terrains_.clear();
+  for (const CameraFrame& now : now_) {
+    if (now.is_usable()) terrains_.push_back(of(now).terrain());
   }
-  const HeldObstacles& held{state_.near.held(is_usable)};
-  Tracker& tracker{state_.tracker};
-  tracker.update(result.world, clusters_.clusters, frame.world_from_vehicle, frame.dt_s, held.ids);
-  tracker.report(frame.world_from_vehicle, vehicle_grid_of(config_.grid), result.obstacles);
-  state_.near.update(result, tracker, ground.plane, frame.world_from_vehicle, is_usable);
-  return held;
+  const auto claims_free = [&frame](Point2 at) { return claimed(frame.other_grids, at) < 0.5; };
+  common->bound_filtered(terrains_, frame.other_grids.empty() ? std::function<bool(Point2)>{} : claims_free, result);
+}
+
+// Takes the surer elevation where several cameras see a cell.
+void FramePipeline::fuse_terrain(FrameResult& result) {
+  FrameTerrain::clear(result);
+  for (const CameraFrame& now : now_) {
+    for (std::size_t i{0}; i < result.terrain.size() && now.is_usable(); ++i) {
+      const float sigma_m{now.result.elevation_sigma_m.data()[i]};
+      TerrainClass& kind{result.terrain.data()[i]};
+      kind = combined(kind, now.result.terrain.data()[i]);
+      if (std::isnan(sigma_m) || result.elevation_sigma_m.data()[i] <= sigma_m) continue;
+      result.elevation_sigma_m.data()[i] = sigma_m;
+      result.elevation_m.data()[i] = now.result.elevation_m.data()[i];
+    }
+  }
+}
+
+void FramePipeline::update_tracks(const FrameSet& frame, FrameResult& result) {
+  const ScopedTimer timer{now_.front().times.track};
+  const std::vector<Cluster>& clusters{find_clusters(result.world)};
+  held_.ids.clear();
+  Tracker::Cameras looking{0};
+  for (const CameraFrame& now : now_) {
+    const std::vector<std::int64_t>& ids{of(now).near().held(now.is_usable()).ids};
+    held_.ids.insert(held_.ids.end(), ids.begin(), ids.end());
+    if (now.is_usable()) looking |= Tracker::Cameras{1} << static_cast<unsigned>(now.frame.camera);
+  }
+  std::ranges::sort(held_.ids);
+  tracker_.update(result.world, clusters, frame.world_from_vehicle, frame.dt_s, held_.ids,
+                  has_one_camera() ? Tracker::all_cameras : looking);
+  tracker_.report(frame.world_from_vehicle, vehicle_grid_of(config_.grid), result.obstacles);
+  for (const CameraFrame& now : now_)
+    of(now).near().update(result, tracker_, now.ground.plane, now.frame.world_from_camera, now.is_usable());
+  report_too_close(held_, result);
+}
+
+const std::vector<Cluster>& FramePipeline::find_clusters(const GridLayers& world) {
+  clusters_.clear();
+  for (const CameraFrame& now : now_) {
+    of(now).find_clusters(world, now);
+    if (has_one_camera()) return of(now).clusters();
+    fuse_clusters(of(now).clusters(), static_cast<std::uint8_t>(now.frame.camera), clusters_);
+  }
+  return clusters_;
+}
+
+// Conditions of a frame are those that all its cameras have.
+void FramePipeline::report_cameras(FrameResult& result) {
+  for (const CameraFrame& now : now_) {
+    const std::string name{"camera " + std::to_string(now.frame.camera) + ": "};
+    for (const Warning& warning : now.result.warnings) result.warnings.push_back({name + warning.text});
+  }
+  for (const FrameStatus status : now_.front().result.status) {
+    const auto has = [status](const CameraFrame& now) { return has_any(now.result.status, {status}); };
+    if (std::ranges::all_of(now_, has)) result.add(status, std::nullopt);
+  }
+  std::ranges::sort(result.status);
+  const FrameResult& first{result.cameras.front()};
+  result.ground = first.ground;
+  result.obstacle_density = first.obstacle_density;
+  result.road_density = first.road_density;
 }
 
 MemoryUse FramePipeline::memory_use() const {
-  MemoryUse use{stages_->memory_use()};
-  use.host_bytes += sizeof *this + memory_bytes_of(state_, ground_space_, velocity_evidence_, clusters_);
+  MemoryUse use;
+  for (const std::unique_ptr<CameraPipeline>& camera : cameras_) {
+    const MemoryUse more{camera->memory_use()};
+    use.host_bytes += more.host_bytes;
+    use.device_bytes += more.device_bytes;
+  }
+  use.host_bytes += sizeof *this + memory_bytes_of(tracker_, velocity_evidence_, held_.cells, held_.ids, vectors_,
+                                                   clusters_, observed_, terrains_, new_extrinsics_);
   return use;
 }
 

@@ -1,116 +1,90 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
-#include <cmath>
-#include <cstdio>
+#include <cstdint>
 #include <memory>
-#include <optional>
 #include <span>
-#include <string>
+#include <vector>
 
-#include "ground/ground_estimator.hpp"
 #include "motion/velocity_evidence.hpp"
-#include "obstacles/segmentation/clusters.hpp"
-#include "pipeline/frame_state.hpp"
+#include "obstacles/tracking/tracking.hpp"
+#include "pipeline/camera_pipeline.hpp"
 #include "pipeline/stages.hpp"
-#include "stereogrid/camera.hpp"
 
 namespace stereogrid {
 
-/// Extrinsics of the rig as a ground plane.
-inline Ground extrinsics_of(const Rig& rig) {
-  return {rig.camera_height_m, rig.camera_pitch_rad, rig.camera_roll_rad};
-}
+/// Extrinsics that replace those of a camera's rig.
+struct NewExtrinsics {
+  int camera;
+  Ground ground;  ///< relative to the level rig
+};
 
-/// The rig with `ground` as extrinsics.
-inline Rig with_extrinsics(Rig rig, const Ground& ground) {
-  rig.camera_height_m = ground.height_m;
-  rig.camera_pitch_rad = ground.pitch_rad;
-  rig.camera_roll_rad = ground.roll_rad;
-  return rig;
-}
-
-/// Rig with the extrinsics rounded to the digits of extrinsics_message(), so that a calibration with them gives the
-/// same results.
-inline Rig as_written(Rig rig) {
-  const auto rounded = [](double number, double steps) { return std::round(number * steps) / steps + 0.0; };
-  rig.camera_height_m = rounded(rig.camera_height_m, 1e3);
-  rig.camera_pitch_rad = rounded(rig.camera_pitch_rad, 1e4);
-  rig.camera_roll_rad = rounded(rig.camera_roll_rad, 1e4);
-  return rig;
-}
-
-/// Message about estimated extrinsics, with the line for calibration.yaml.
-inline std::string extrinsics_message(const Rig& rig) {
-  std::array<char, 320> text{};
-  std::snprintf(text.data(), text.size(),
-                "the extrinsics are estimated from the images. "
-                "For calibration.yaml: mount: {camera_height_m: %.3f, camera_pitch_rad: %.4f, camera_roll_rad: %.4f}",
-                rig.camera_height_m, rig.camera_pitch_rad, rig.camera_roll_rad);
-  return text.data();
-}
-
-/// A frame through all stages, on any back end. What crosses frames is in its FrameState and in the filter's state;
-/// what a stage of process() reads is what an earlier one has returned.
+/// A frame through all stages, on any back end: each camera's own ones, then one window, filter and list of tracks.
+/// What crosses frames is in the cameras' states, the tracker and the filter's state; what a stage of process() reads
+/// is what an earlier one has returned.
 class FramePipeline {
  public:
-  /// `turned_rad`: pitch of the camera beyond that of `level_rig`, whose images have been levelled. `mode`: origin of
-  /// the extrinsics of `level_rig`. `cpu` must outlive the pipeline.
+  /// The first camera's stages have the filter; the others' are of a CPU back end. `cpu` must outlive the pipeline.
+  FramePipeline(const Config& config, Cpu& cpu, std::vector<CameraSetup> cameras);
+  /// One camera.
   FramePipeline(const Config& config, const Rig& level_rig, Cpu& cpu, std::unique_ptr<Stages> stages,
                 double turned_rad = 0, GroundMode mode = GroundMode::given);
 
-  /// Processes one frame. `result` keeps status and warnings that it has. Returns extrinsics that replace the rig's:
-  /// this frame needs a pipeline for a rig with them.
-  std::optional<Ground> process(const LevelFrame& frame, FrameResult& result);
+  /// Processes one frame. `result` keeps status and warnings that it has, as do those of several cameras. Returns
+  /// extrinsics that replace those of rigs: this frame needs a pipeline for rigs with them. Valid until the next call.
+  std::span<const NewExtrinsics> process(const FrameSet& frame, FrameResult& result);
   /// Makes the next frame a first one. Ids of obstacles continue.
-  void reset() { state_.reset(rig_, first_ground_); }
-  /// Continues the ids of obstacles of `before`, and what it has found of the vehicle itself.
+  void reset();
   /// Replaces the pixels without disparities.
-  void set_mask(PixelMask mask) { stages_->set_mask(std::move(mask)); }
+  void set_mask(int camera, PixelMask mask) { at(camera).stages().set_mask(std::move(mask)); }
+  /// Continues the ids of obstacles of `before`, and what it has found of the vehicle itself.
   void continue_from(const FramePipeline& before);
 
   /// State between two frames: saved or loaded.
   template <class State>
   void exchange(State& state) {
-    state(state_);
-    stages_->exchange(&state);
+    state(is_first_, tracker_);
+    for (const std::unique_ptr<CameraPipeline>& camera : cameras_) camera->exchange(state);
   }
   [[nodiscard]] MemoryUse memory_use() const;
 
  private:
-  [[nodiscard]] FrameGrids grids_of(const LevelFrame& frame) const;
-  [[nodiscard]] MatchedFrame matched(const LevelFrame& frame) const;
-  [[nodiscard]] FlowFrame flow_frame(const LevelFrame& frame) const;
-  std::span<const VelocityEvidence> track_features(const LevelFrame& frame, const GridGeometry& window, double& ms);
-  bool align(const LevelFrame& frame, const Ground& expected);
-  void align_first(const LevelFrame& frame, const FrameGrids& grids, const Ground& expected);
-  bool find_own_surface(const LevelFrame& frame, Point2 place);
-  GroundFit fit_ground(const LevelFrame& frame, double& ms);
-  GroundFit rematch(const LevelFrame& frame, const FrameGrids& grids, const GroundFit& ground, double& ms);
-  TerrainRules find_terrain(const LevelFrame& frame, const FrameGrids& grids, const GroundFit& ground, double& ms,
-                            FrameResult& result);
-  [[nodiscard]] float blur_in(const LevelFrame& frame) const;
-  Rejection check(const LevelFrame& frame, const GroundFit& ground, double& segments_ms);
-  void publish(const LevelFrame& frame, const GroundFit& ground, const Rejection& rejection, FrameResult& result);
-  void add_features(const LevelFrame& frame, bool is_usable, double& ms);
-  const HeldObstacles& update_tracks(const LevelFrame& frame, const GroundFit& ground, bool is_usable,
-                                     FrameResult& result, double& ms);
+  [[nodiscard]] bool has_one_camera() const { return cameras_.size() == 1; }
+  [[nodiscard]] CameraPipeline& at(int camera) { return *cameras_[static_cast<std::size_t>(camera)]; }
+  [[nodiscard]] CameraPipeline& of(const CameraFrame& now) { return at(now.frame.camera); }
+  [[nodiscard]] FrameGrids grids_of(const FrameSet& frame, const Pose2& world_from_camera) const;
+  void look(const FrameSet& frame, FrameResult& result);
+  [[nodiscard]] bool has_frame(int camera) const;
+  /// Each camera's observation, all of them in one window, and a step of the filter. `is_checked`: without unusable
+  /// ones.
+  void filter(const FrameGrids& grids, bool is_checked, FrameResult& result);
+  void fuse_observed(FrameResult& result);
+  [[nodiscard]] std::span<const VelocityEvidence> find_velocities(const FrameGrids& grids);
+  [[nodiscard]] std::span<const RetainedCell> held_cells(bool is_checked);
+  void publish(const FrameGrids& grids, FrameResult& result);
+  void publish_terrain(const FrameSet& frame, FrameResult& result);
+  void fuse_terrain(FrameResult& result);
+  void update_tracks(const FrameSet& frame, FrameResult& result);
+  [[nodiscard]] const std::vector<Cluster>& find_clusters(const GridLayers& world);
+  void report_cameras(FrameResult& result);
 
   Config config_;
-  Rig rig_;
-  double turned_rad_;
   Cpu& cpu_;
-  std::unique_ptr<Stages> stages_;
+  std::vector<std::unique_ptr<CameraPipeline>> cameras_;
   Window window_;
-  GroundEstimator estimator_;
-  GroundState first_ground_;
-  FrameState state_;
+  bool is_first_{true};
+  Tracker tracker_;
 
   // working memory
-  GroundWorkspace ground_space_;
+  std::vector<CameraFrame> now_;  // the frame's cameras
   EvidenceMap velocity_evidence_;
-  ClusterWorkspace clusters_;
+  HeldObstacles held_;
+  std::vector<FlowVector> vectors_;  // features of several cameras
+  std::vector<Cluster> clusters_;
+  std::vector<View<const float>> observed_;
+  std::vector<const FrameTerrain*> terrains_;
+  std::vector<NewExtrinsics> new_extrinsics_;
+  double filter_flow_ms_{0};
 };
 
 }  // namespace stereogrid

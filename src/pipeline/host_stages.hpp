@@ -33,7 +33,7 @@ class HostStages final : public Stages {
         options_{options},
         cpu_{cpu},
         back_end_{back_end},
-        space_{config, rig_, vehicle_grid_of(config.grid), cpu.threads()} {
+        space_{config, rig_, vehicle_grid_of(config.grid), cpu.threads(), options.filters} {
     make_room(back_end_, config.matching, space_.matching);
     if (options.predictions)
       space_.prediction = std::make_unique<PredictionWorkspace>(space_.next.occupancy.width(), config.filter);
@@ -57,8 +57,7 @@ class HostStages final : public Stages {
 
   const HostMatches& read() override { return host_matches_; }
 
-  void observe(const LevelFrame& frame, const FrameGrids& grids, const Evidence& evidence,
-               FrameResult& result) override {
+  void observe(const FrameGrids& grids, const Evidence& evidence, FrameResult& result) override {
     if (evidence.is_usable) {
       count(evidence, result.stages);
       project(grids, evidence, result);
@@ -66,30 +65,40 @@ class HostStages final : public Stages {
       result.observed.fill(0.5f);
       space_.observed_world.fill(0.5f);
     }
-    fuse(frame, grids, evidence.held, result.observed);
   }
 
-  void filter(const LevelFrame& frame, const FrameGrids& grids, std::span<const VelocityEvidence> velocities,
-              FrameResult& result) override {
+  View<float> observed_window() override { return space_.observed_world.view(); }
+
+  void filter(const FrameGrids& grids, const FilterEvidence& evidence, FrameResult& result) override {
+    fuse(grids, evidence.held, result.observed);
     const ScopedTimer timer{times_.filter};
     HostWorkspace& s{space_};
+    const FrameSet& frame{grids.frame};
+    const std::span views{frame.views};
+    const CameraView view{views.empty() ? CameraView{} : views.front()};
     if (grids.is_first) reset(s.filtered, config_.filter, grids.window);
     const bool is_reused{&result == options_.reused};
     const std::vector<BlockKind>* const kinds_before{is_reused ? &s.block_kinds : nullptr};
-    stereogrid::filter(back_end_, {config_.filter, s.filter_tables, grids.window, frame.dt_s, frame.view, kinds_before},
+    stereogrid::filter(back_end_,
+                       {config_.filter, s.filter_tables, grids.window, frame.dt_s, view, kinds_before,
+                        views.empty() ? views : views.subspan(1)},
                        s.observed_world.view(), s.filtered, s.next, result.world);
     if (is_reused) s.block_kinds = s.next.kinds;  // kinds of the blocks that the result's layers now have
     if (config_.filter.model == FilterModel::joint) {
-      stereogrid::weigh_velocities(back_end_, velocities, s.filter_tables, s.weighing, s.next, result.world);
+      stereogrid::weigh_velocities(back_end_, evidence.velocities, s.filter_tables, s.weighing, s.next, result.world);
       if (is_reused) s.block_kinds = s.next.kinds;
     }
     resample(frame.world_from_vehicle, {&s.next.kinds, is_reused ? &s.part_kinds : nullptr}, result);
   }
 
-  void publish(const LevelFrame& frame, FrameResult& result) override {
-    const Matches& matches{space_.matches};
+  void publish(const FrameGrids& grids, FrameResult& result) override {
     std::swap(space_.filtered, space_.next);
-    if (options_.predictions) predict(frame.world_from_vehicle, result);
+    if (options_.predictions) predict(grids.frame.world_from_vehicle, result);
+    result.timing_ms = std::exchange(times_, {});
+  }
+
+  void publish_matches(FrameResult& result) override {
+    const Matches& matches{space_.matches};
     const auto obstacles = [&] {
       result.obstacle_density = share_matched(matches.obstacle);
       if (options_.stage_images) set_obstacles(matches.obstacle.view(), result.stages);
@@ -100,7 +109,6 @@ class HostStages final : public Stages {
     };
     cpu_.together(obstacles, road);
     if (options_.stage_images) result.stages.match_confidence = matches.confidence;
-    result.timing_ms = std::exchange(times_, {});
   }
 
   void exchange(StateArchive archive) override {
@@ -132,8 +140,8 @@ class HostStages final : public Stages {
   void project(const FrameGrids& grids, const Evidence& evidence, FrameResult& result) {
     const ScopedTimer timer{times_.project};
     const View<const float> occupancy{std::as_const(result.stages.occupancy_smooth).view()};
-    project_to(grids.vehicle_cells, occupancy, result.observed);
-    project_to(grids.window_cells, occupancy, space_.observed_world);
+    project_to(grids.seen_vehicle, occupancy, result.observed);
+    project_to(grids.seen_window, occupancy, space_.observed_world);
     apply(evidence.rules.vehicle, result.observed);
     apply(evidence.rules.window, space_.observed_world);
   }
@@ -150,11 +158,11 @@ class HostStages final : public Stages {
     });
   }
 
-  void fuse(const LevelFrame& frame, const FrameGrids& grids, std::span<const RetainedCell> held,
-            Image<float>& observed) {
+  void fuse(const FrameGrids& grids, std::span<const RetainedCell> held, Image<float>& observed) {
     const ScopedTimer timer{times_.project};
-    stereogrid::fuse(back_end_, frame.other_grids, grids.vehicle_cells, config_.fusion, observed.view());
-    stereogrid::fuse(back_end_, frame.other_grids, grids.window_cells, config_.fusion, space_.observed_world.view());
+    const std::span others{grids.frame.other_grids};
+    stereogrid::fuse(back_end_, others, grids.vehicle, config_.fusion, observed.view());
+    stereogrid::fuse(back_end_, others, grids.window_cells, config_.fusion, space_.observed_world.view());
     for (const RetainedCell& one : held) {
       float& cell{space_.observed_world.data()[one.cell]};
       cell = std::max(cell, one.occupancy);

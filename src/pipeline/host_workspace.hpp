@@ -29,7 +29,9 @@ struct PredictionWorkspace {
 
 /// Data of the stages on the host, and the filter's state between frames. Allocated once.
 struct HostWorkspace {
-  HostWorkspace(const Config& config, const Rig& level_rig, const GridGeometry& vehicle_grid, int threads);
+  /// `filters` false: without what the filter needs.
+  HostWorkspace(const Config& config, const Rig& level_rig, const GridGeometry& vehicle_grid, int threads,
+                bool filters);
 
   [[nodiscard]] std::size_t memory_bytes() const;
 
@@ -52,7 +54,7 @@ struct HostWorkspace {
 };
 
 inline HostWorkspace::HostWorkspace(const Config& config, const Rig& level_rig, const GridGeometry& vehicle_grid,
-                                    int threads)
+                                    int threads, bool filters)
     : aligned_right{level_rig.width_px, level_rig.height_px},
       matches{level_rig.width_px, level_rig.height_px},
       heights{level_rig.width_px, level_rig.height_px},
@@ -65,9 +67,9 @@ inline HostWorkspace::HostWorkspace(const Config& config, const Rig& level_rig, 
            config.ground.model == GroundModel::terrain},
       filter_tables{config.filter},
       observed_world{Window{vehicle_grid}.cells(), Window{vehicle_grid}.cells()},
-      filtered{Window{vehicle_grid}.cells(), config.filter},
-      next{Window{vehicle_grid}.cells(), config.filter},
-      weighing{Window{vehicle_grid}.cells(), filter_tables, config.filter.model == FilterModel::joint ? threads : 0},
+      filtered{filters ? Window{vehicle_grid}.cells() : 0, config.filter},
+      next{filtered.occupancy.width(), config.filter},
+      weighing{filtered.occupancy.width(), filter_tables, config.filter.model == FilterModel::joint ? threads : 0},
       block_kinds(filtered.kinds.size()),
       part_kinds(static_cast<std::size_t>(vehicle_grid.ny * resampled_parts(vehicle_grid.nx))) {
   if (config.projection.model != ProjectionModel::rays) projection.plan(BinGeometry{level_rig}, {vehicle_grid});

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <iterator>
 #include <optional>
 #include <stdexcept>
 #include <type_traits>
@@ -36,10 +37,16 @@ int automatic_disparities(const Rig& level_rig, bool extrinsics_given) {
                     disparities_max);
 }
 
-// With every "automatic" value. A depth z = f·b/d has the standard deviation z²·σ_d/(f·b).
-Config resolved(Config config, const Rig& level_rig, bool extrinsics_given) {
+// With every "automatic" value for one of the cameras. A depth z = f·b/d has the standard deviation z²·σ_d/(f·b).
+Config resolved(Config config, std::span<const Rig> rigs, std::size_t camera, bool extrinsics_given) {
   MatchingConfig& matching{config.matching};
-  if (matching.disparities == 0) matching.disparities = automatic_disparities(level_rig, extrinsics_given);
+  if (matching.disparities == 0) {
+    for (const Rig& rig : rigs) {
+      const int wanted{automatic_disparities(LevelMapping{rig}.level_rig(), extrinsics_given)};
+      matching.disparities = std::max(matching.disparities, wanted);
+    }
+  }
+  const Rig level_rig{LevelMapping{rigs[camera]}.level_rig()};
   if (matching.external_sigma_per_m > 0) {
     const double sigma_px{matching.external_sigma_per_m * level_rig.focal_px * level_rig.baseline_m};
     matching.external_sigma_px = std::min(sigma_px, 10.0);
@@ -52,7 +59,7 @@ std::string_view name_of(BackEnd back_end) {
 }
 
 // Checksum of all that must be equal for a saved state to be loaded.
-std::uint64_t settings_of(const Config& config, const Rig& rig, const PipelineOptions& options) {
+std::uint64_t settings_of(const Config& config, const std::vector<Rig>& rigs, const PipelineOptions& options) {
   std::string text{version()};
   text += name_of(options.back_end);
   visit_parameters(config, [&](std::string_view group, const Parameter& parameter, const auto&) {
@@ -61,7 +68,7 @@ std::uint64_t settings_of(const Config& config, const Rig& rig, const PipelineOp
   });
   text += options.extrinsics_given ? "\nextrinsics given" : "";
   StateWriter numbers;
-  Rig same{rig};
+  std::vector<Rig> same{rigs};
   Image<std::uint8_t> mask{options.mask};
   numbers(same, mask);
   return checksum_of(numbers.bytes()) ^ checksum_of(std::as_bytes(std::span{text}));
@@ -87,25 +94,36 @@ class Exclusive {
 
 /// Behind a Pipeline: input conversion, the frame pipeline and its result.
 struct Pipeline::Implementation {
-  Implementation(const Config& parameters, const Rig& given, const PipelineOptions& asked)
-      : given_rig{given},
-        config{resolved(parameters, LevelMapping{given}.level_rig(), asked.extrinsics_given)},
+  Implementation(const Config& parameters, std::span<const Rig> given, const PipelineOptions& asked)
+      : given_rigs(given.begin(), given.end()),
         options{asked},
         is_automatic{asked.back_end == BackEnd::automatic},
+        has_estimate(given.size()),
         cpu{options.back_end == BackEnd::reference ? 1 : options.threads},
-        input{config.motion, given, options},
-        frames{make_frames(given, false)} {
-    make_room(config, options.horizons_s, result);
-    make_room(config, input.level_rig(), options.stages ? result.stages : unwanted_stages);
+        input{parameters.motion, given, options},
+        is_mask_of_frame(given.size()) {
+    for (std::size_t i{0}; i < cameras(); ++i)
+      configs.push_back(resolved(parameters, given, i, asked.extrinsics_given));
+    frames = make_frames(given_rigs, has_estimate);
+    unwanted_stages.resize(cameras());
+    frames_in.reserve(cameras());
+    begin(result);
+    end(result);
     window = result.world.geometry;
   }
 
-  std::unique_ptr<FramePipeline> make_frames(const Rig& rig, bool is_estimated) {
-    const LevelMapping mapping{rig};
-    const Rig& level_rig{mapping.level_rig()};
-    return std::make_unique<FramePipeline>(config, level_rig, cpu,
-                                           make_stages(level_rig, PixelMask{options.mask, mapping}),
-                                           rig.camera_pitch_rad - level_rig.camera_pitch_rad, mode(is_estimated));
+  [[nodiscard]] std::size_t cameras() const { return given_rigs.size(); }
+  [[nodiscard]] const Config& config() const { return configs.front(); }
+
+  std::unique_ptr<FramePipeline> make_frames(const std::vector<Rig>& rigs, const std::vector<std::uint8_t>& estimated) {
+    std::vector<CameraSetup> setups;
+    for (std::size_t i{0}; i < rigs.size(); ++i) {
+      const LevelMapping mapping{rigs[i]};
+      const Rig& level_rig{mapping.level_rig()};
+      setups.push_back({configs[i], level_rig, make_stages(i, level_rig, PixelMask{mask_of(i), mapping}),
+                        rigs[i].camera_pitch_rad - level_rig.camera_pitch_rad, mode(estimated[i] != 0)});
+    }
+    return std::make_unique<FramePipeline>(config(), cpu, std::move(setups));
   }
 
   [[nodiscard]] GroundMode mode(bool is_estimated) const {
@@ -113,9 +131,17 @@ struct Pipeline::Implementation {
     return is_estimated ? GroundMode::found : GroundMode::assumed;
   }
 
+  // PipelineOptions::mask is the first camera's.
+  [[nodiscard]] const Image<std::uint8_t>& mask_of(std::size_t camera) const {
+    static const Image<std::uint8_t> none;
+    return camera == 0 ? options.mask : none;
+  }
+
   // Sets options.back_end where it is automatic.
-  std::unique_ptr<Stages> make_stages(const Rig& level_rig, PixelMask mask) {
-    const StagesOptions wanted{options.stages, !options.horizons_s.empty(), &result, std::move(mask)};
+  std::unique_ptr<Stages> make_stages(std::size_t camera, const Rig& level_rig, PixelMask mask) {
+    const bool is_first{camera == 0};
+    const StagesOptions wanted{options.stages, is_first && !options.horizons_s.empty(), is_first ? &result : nullptr,
+                               std::move(mask), is_first};
     BackEnd& used{options.back_end};
     if (used == BackEnd::cuda) return make_cuda_stages(level_rig, wanted);
     if (used == BackEnd::automatic) {
@@ -123,32 +149,48 @@ struct Pipeline::Implementation {
         std::unique_ptr<Stages> on_gpu{make_cuda_stages(level_rig, wanted)};
         used = BackEnd::cuda;
         return on_gpu;
-      } catch (const DeviceError& error) {  // also: predictions, which only the CPU makes
+      } catch (const DeviceError& error) {  // also: what only the CPU supports
         why_not_cuda = error.what();
         used = BackEnd::cpu;
       }
     }
-    return used == BackEnd::reference ? reference_stages(config, level_rig, cpu, wanted)
-                                      : cpu_stages(config, level_rig, cpu, wanted);
+    return used == BackEnd::reference ? reference_stages(configs[camera], level_rig, cpu, wanted)
+                                      : cpu_stages(configs[camera], level_rig, cpu, wanted);
   }
 
   [[nodiscard]] std::unique_ptr<Stages> make_cuda_stages(const Rig& level_rig, const StagesOptions& wanted) const {
     if (wanted.predictions) throw DeviceError{"Predictions are supported on the CPU only."};
-    return cuda_stages(config, level_rig, options.device, wanted);
+    if (cameras() > 1) throw DeviceError{"Several cameras are supported on the CPU only."};
+    return cuda_stages(config(), level_rig, options.device, wanted);
+  }
+
+  void process(const StereoFrame& frame, const FrameImages& images, FrameResult& into) {
+    const bool has_others{cameras() > 1};
+    if (has_others && frame.others.size() >= cameras()) {
+      throw InputError{"frame " + frame.name, "has more frames than the pipeline has cameras.",
+                       "Give one of each camera."};
+    }
+    frames_in.clear();
+    frames_in.push_back({frame, images});
+    for (const StereoFrame& other : frame.others) {
+      if (has_others) frames_in.push_back({other, other});
+    }
+    process_frames(into);
   }
 
   // Without StagesOptions::stage_images the stages work in images of the pipeline's own.
-  void process(const StereoFrame& frame, const FrameImages& images, FrameResult& into) {
-    input.check(frame, images);
+  void process_frames(FrameResult& into) {
+    input.check(frames_in);
     if (is_unfinished) reset();
     const FrameInput::Moment before{input.moment()};
     Stopwatch watch;
     try {
-      if (const std::optional<Ground> found{process_anywhere(frame, images, into, before)}) {
-        std::string message{use_extrinsics(*found)};
+      const std::span<const NewExtrinsics> found{process_anywhere(into, before)};
+      if (!found.empty()) {
+        std::vector<Warning> messages{use_extrinsics(found)};
         input.rewind(before);  // the frame gets a grid, too
-        static_cast<void>(process_anywhere(frame, images, into, before));
-        into.warnings.push_back({std::move(message)});
+        static_cast<void>(process_anywhere(into, before));
+        std::ranges::move(messages, std::back_inserter(into.warnings));
       }
     } catch (...) {
       input.rewind(before);  // the frame may be given again
@@ -159,50 +201,74 @@ struct Pipeline::Implementation {
   }
 
   // A GPU that is lost, or whose driver fails: `automatic` continues on the CPU.
-  std::optional<Ground> process_anywhere(const StereoFrame& frame, const FrameImages& images, FrameResult& into,
-                                         const FrameInput::Moment& before) {
+  std::span<const NewExtrinsics> process_anywhere(FrameResult& into, const FrameInput::Moment& before) {
     try {
-      return process_on_rig(frame, images, into);
+      return process_on_rigs(into);
     } catch (const DeviceError& error) {
       if (!is_automatic || options.back_end != BackEnd::cuda) throw;
       why_not_cuda = error.what();
     }
     input.rewind(before);
     options.back_end = BackEnd::cpu;
-    set_rig(Rig{input.rig()}, has_estimate);
-    const std::optional<Ground> found{process_on_rig(frame, images, into)};
+    set_rigs(rigs(), has_estimate);
+    const std::span<const NewExtrinsics> found{process_on_rigs(into)};
     into.add(FrameStatus::gpu_lost,
              "the GPU has failed: " + why_not_cuda + " The CPU continues, with the state reset.");
     return found;
   }
 
-  // Returns extrinsics that replace the rig's.
-  std::optional<Ground> process_on_rig(const StereoFrame& frame, const FrameImages& images, FrameResult& into) {
-    make_room(config, options.horizons_s, into);
-    if (!options.stages) into.stages = std::exchange(unwanted_stages, {});
-    make_room(config, input.level_rig(), into.stages);
+  [[nodiscard]] FrameResult& seen_by(std::size_t camera, FrameResult& into) const {
+    return cameras() == 1 ? into : into.cameras[camera];
+  }
+
+  // Allocates missing images of `into`, and clears values that a frame may leave unset.
+  void begin(FrameResult& into) {
+    make_room(config(), options.horizons_s, into);
+    into.cameras.resize(cameras() == 1 ? 0 : cameras());
+    if (cameras() > 1) std::swap(into.stages, into.cameras.front().stages);
     into.status.clear();
     into.warnings.clear();
-    into.rig = input.rig();
-    into.level_rig = input.level_rig();
+    for (std::size_t i{0}; i < cameras(); ++i) {
+      const CameraInput& camera{input.camera(i)};
+      FrameResult& seen{seen_by(i, into)};
+      if (cameras() > 1) begin_camera(config(), seen);
+      if (!options.stages) seen.stages = std::exchange(unwanted_stages[i], {});
+      make_room(configs[i], camera.level_rig(), seen.stages);
+      seen.rig = camera.rig();
+      seen.level_rig = camera.level_rig();
+    }
+    into.rig = input.camera(0).rig();
+    into.level_rig = input.camera(0).level_rig();
+  }
 
-    const LevelFrame converted{input.convert(frame, images, cpu, into)};
-    set_mask(frame.labels);
+  // Stages of the first camera are the result's own.
+  void end(FrameResult& into) {
+    for (std::size_t i{0}; i < cameras() && !options.stages; ++i)
+      unwanted_stages[i] = std::exchange(seen_by(i, into).stages, {});
+    if (cameras() > 1) std::swap(into.stages, into.cameras.front().stages);
+  }
+
+  // Returns extrinsics that replace those of rigs.
+  std::span<const NewExtrinsics> process_on_rigs(FrameResult& into) {
+    begin(into);
+    const FrameSet& converted{input.convert(frames_in, cpu, into)};
+    for (const CameraImages& one : frames_in) set_mask(one.frame);
     is_unfinished = true;
-    const std::optional<Ground> found{frames->process(converted, into)};
-
-    if (!options.stages) unwanted_stages = std::exchange(into.stages, {});
+    const std::span<const NewExtrinsics> found{frames->process(converted, into)};
+    end(into);
     into.world_from_vehicle = converted.world_from_vehicle;
     window = into.world.geometry;
     return found;
   }
 
   // Pixels to ignore are masked in one frame, beside those of the vehicle itself.
-  void set_mask(const Image<std::uint8_t>& labels) {
+  void set_mask(const StereoFrame& frame) {
+    const auto camera = static_cast<std::size_t>(frame.camera);
+    const Image<std::uint8_t>& labels{frame.labels};
     const auto is_ignored = [](std::uint8_t label) { return label == static_cast<std::uint8_t>(PixelLabel::ignore); };
     const bool ignores{std::ranges::any_of(labels, is_ignored)};
-    if (!ignores && !is_mask_of_frame) return;
-    Image<std::uint8_t> mask{options.mask};
+    if (!ignores && is_mask_of_frame[camera] == 0) return;
+    Image<std::uint8_t> mask{mask_of(camera)};
     if (ignores && mask.empty()) {
       mask = Image<std::uint8_t>{labels.width(), labels.height()};
       mask.fill(255);
@@ -210,23 +276,39 @@ struct Pipeline::Implementation {
     for (std::size_t i{0}; ignores && i < labels.size(); ++i) {
       if (is_ignored(labels.data()[i])) mask.data()[i] = 0;
     }
-    frames->set_mask(PixelMask{mask, LevelMapping{input.rig()}});
-    is_mask_of_frame = ignores;
+    frames->set_mask(frame.camera, PixelMask{mask, LevelMapping{input.camera(camera).rig()}});
+    is_mask_of_frame[camera] = ignores ? 1 : 0;
   }
 
-  // Returns the message.
-  std::string use_extrinsics(const Ground& found) {
-    const Rig rig{as_written(with_extrinsics(input.rig(), seen_from(found, input.turned_rad())))};
-    set_rig(rig, true);  // may equal the assumed extrinsics
-    return extrinsics_message(rig);
+  [[nodiscard]] std::vector<Rig> rigs() const {
+    std::vector<Rig> all;
+    for (std::size_t i{0}; i < cameras(); ++i) all.push_back(input.camera(i).rig());
+    return all;
+  }
+
+  // Returns the messages.
+  std::vector<Warning> use_extrinsics(std::span<const NewExtrinsics> found) {
+    std::vector<Rig> all{rigs()};
+    std::vector<std::uint8_t> estimated{has_estimate};
+    std::vector<Warning> messages;
+    for (const NewExtrinsics& one : found) {
+      const auto camera = static_cast<std::size_t>(one.camera);
+      Rig& rig{all[camera]};
+      rig = as_written(with_extrinsics(rig, seen_from(one.ground, input.camera(camera).turned_rad())));
+      estimated[camera] = 1;
+      messages.push_back(
+          {(cameras() == 1 ? "" : "camera " + std::to_string(one.camera) + ": ") + extrinsics_message(rig)});
+    }
+    set_rigs(all, estimated);  // may equal the assumed extrinsics
+    return messages;
   }
 
   // Rebuilds all stages; time, world and ids continue. Nothing has changed where it throws.
-  void set_rig(const Rig& rig, bool is_estimated) {
-    std::unique_ptr<FramePipeline> made{make_frames(rig, is_estimated)};
+  void set_rigs(const std::vector<Rig>& all, const std::vector<std::uint8_t>& estimated) {
+    std::unique_ptr<FramePipeline> made{make_frames(all, estimated)};
     made->continue_from(*frames);
-    input.set_rig(rig);
-    has_estimate = is_estimated;
+    for (std::size_t i{0}; i < cameras(); ++i) input.set_rig(i, all[i]);
+    has_estimate = estimated;
     frames = std::move(made);
     is_unfinished = false;
   }
@@ -241,11 +323,10 @@ struct Pipeline::Implementation {
   [[nodiscard]] std::vector<std::byte> save() {
     if (is_unfinished) reset();
     StateWriter state;
-    Rig rig{input.rig()};
-    std::uint8_t is_estimated{has_estimate ? std::uint8_t{1} : std::uint8_t{0}};
-    state(input, rig, is_estimated);
+    std::vector<Rig> all{rigs()};
+    state(input, all, has_estimate);
     frames->exchange(state);
-    return sealed(state.bytes(), settings_of(config, given_rig, options));
+    return sealed(state.bytes(), settings_of(config(), given_rigs, options));
   }
 
   // Loads into new stages: nothing has changed where it throws.
@@ -253,45 +334,52 @@ struct Pipeline::Implementation {
     const auto require = [](bool fits) {
       if (!fits) throw InputError{"saved state", "does not fit this pipeline.", "Begin without it."};
     };
-    StateReader state{unsealed(saved, settings_of(config, given_rig, options))};
+    StateReader state{unsealed(saved, settings_of(config(), given_rigs, options))};
     FrameInput loaded{input};
-    Rig rig{given_rig};
-    std::uint8_t is_estimated{0};
-    state(loaded, rig, is_estimated);
-    require(problems(rig).empty() && with_extrinsics(given_rig, extrinsics_of(rig)) == rig &&
-            (rig == input.rig() || !options.extrinsics_given));
-    if (rig != input.rig()) loaded.set_rig(rig);
-    std::unique_ptr<FramePipeline> made{make_frames(rig, is_estimated != 0)};
+    std::vector<Rig> all;
+    std::vector<std::uint8_t> estimated;
+    state(loaded, all, estimated);
+    require(all.size() == cameras() && estimated.size() == cameras());
+    for (std::size_t i{0}; i < cameras(); ++i) {
+      const Rig& rig{all[i]};
+      require(problems(rig).empty() && with_extrinsics(given_rigs[i], extrinsics_of(rig)) == rig &&
+              (rig == input.camera(i).rig() || !options.extrinsics_given));
+      if (rig != input.camera(i).rig()) loaded.set_rig(i, rig);
+    }
+    std::unique_ptr<FramePipeline> made{make_frames(all, estimated)};
     made->exchange(state);
     require(state.fits());
     static_assert(std::is_nothrow_move_assignable_v<FrameInput>);
-    has_estimate = is_estimated != 0;
+    has_estimate = std::move(estimated);
     input = std::move(loaded);
     frames = std::move(made);
     is_unfinished = false;
   }
 
-  Rig given_rig;
-  Config config;
+  std::vector<Rig> given_rigs;
+  std::vector<Config> configs;  // by camera
   PipelineOptions options;
   bool is_automatic;
-  bool has_estimate{false};  // extrinsics were estimated
+  std::vector<std::uint8_t> has_estimate;  // by camera: extrinsics were estimated
   Cpu cpu;
   std::string why_not_cuda;
   FrameResult result;
   FrameInput input;
   std::unique_ptr<FramePipeline> frames;
-  StageImages unwanted_stages;
-  GridGeometry window;           // window of the last frame
-  bool is_mask_of_frame{false};  // the stages' mask has pixels that the last frame ignores
-  bool is_unfinished{false};     // the stages have begun a frame that has thrown: the next one starts anew
+  std::vector<StageImages> unwanted_stages;    // by camera
+  std::vector<CameraImages> frames_in;         // frames in work, by camera
+  GridGeometry window;                         // window of the last frame
+  std::vector<std::uint8_t> is_mask_of_frame;  // by camera: the mask has pixels that its last frame ignores
+  bool is_unfinished{false};  // the stages have begun a frame that has thrown: the next one starts anew
   std::atomic_flag in_use;
 };
 
-Pipeline::Pipeline(const Config& config, const Rig& rig, const PipelineOptions& options) {
-  check(config, rig, options);
-  implementation_ = std::make_unique<Implementation>(config, rig, options);
+Pipeline::Pipeline(const Config& config, std::span<const Rig> rigs, const PipelineOptions& options) {
+  check(config, rigs, options);
+  implementation_ = std::make_unique<Implementation>(config, rigs, options);
 }
+Pipeline::Pipeline(const Config& config, const Rig& rig, const PipelineOptions& options)
+    : Pipeline{config, std::span{&rig, 1}, options} {}
 Pipeline::Pipeline(Pipeline&&) noexcept = default;
 Pipeline& Pipeline::operator=(Pipeline&&) noexcept = default;
 Pipeline::~Pipeline() = default;
@@ -325,16 +413,19 @@ void Pipeline::reset() {
 }
 
 const Config& Pipeline::config() const {
-  return implementation().config;
+  return implementation().config();
 }
 const Rig& Pipeline::rig() const {
-  return implementation().given_rig;
+  return implementation().given_rigs.front();
 }
-const Rig& Pipeline::next_rig() const {
-  return implementation().input.rig();
+std::span<const Rig> Pipeline::rigs() const {
+  return implementation().given_rigs;
+}
+const Rig& Pipeline::next_rig(int camera) const {
+  return implementation().input.camera(static_cast<std::size_t>(camera)).rig();
 }
 GridGeometry Pipeline::vehicle_grid() const {
-  return vehicle_grid_of(implementation().config.grid);
+  return vehicle_grid_of(implementation().config().grid);
 }
 GridGeometry Pipeline::world_grid() const {
   return implementation().window;

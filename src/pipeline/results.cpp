@@ -6,6 +6,7 @@
 #include "filter/filter.hpp"
 #include "geometry/matches.hpp"
 #include "obstacles/tracking/tracking.hpp"
+#include "terrain/frame_terrain.hpp"
 
 namespace stereogrid {
 namespace {
@@ -26,8 +27,9 @@ void make_room(const GridGeometry& geometry, GridLayers& layers) {
 }  // namespace
 
 GridGeometry vehicle_grid_of(const GridConfig& config) {
-  return {0, -config.width_m / 2, config.cell_size_m,
-          static_cast<int>(std::lround(config.length_m / config.cell_size_m)),
+  const double behind{std::round(config.rear_m / config.cell_size_m)};
+  return {0 - behind * config.cell_size_m, -config.width_m / 2, config.cell_size_m,
+          static_cast<int>(std::lround(config.length_m / config.cell_size_m) + std::lround(behind)),
           static_cast<int>(std::lround(config.width_m / config.cell_size_m))};
 }
 
@@ -67,6 +69,22 @@ void make_room(const Config& config, const std::vector<double>& horizons_s, Fram
   result.status.reserve(names_of(FrameStatus{}).size());
 }
 
+void begin_camera(const Config& config, FrameResult& seen) {
+  const GridGeometry vehicle{vehicle_grid_of(config.grid)};
+  make_room(vehicle.nx, vehicle.ny, seen.observed);
+  seen.observed.fill(0.5f);
+  if (config.ground.model == GroundModel::terrain) {
+    make_room(vehicle.nx, vehicle.ny, seen.elevation_m);
+    make_room(vehicle.nx, vehicle.ny, seen.elevation_sigma_m);
+    make_room(vehicle.nx, vehicle.ny, seen.terrain);
+    FrameTerrain::clear(seen);
+  }
+  seen.vehicle.geometry = vehicle;
+  seen.has_images = false;
+  seen.status.clear();
+  seen.warnings.clear();
+}
+
 void set_obstacles(View<const float> matched, StageImages& stages) {
   for (int v{0}; v < matched.height; ++v) {
     const float* const from{matched.row(v)};
@@ -101,7 +119,7 @@ std::size_t memory_bytes(const FrameResult& result) {
   std::size_t bytes{memory_bytes_of(result.observed, result.elevation_m, result.elevation_sigma_m, result.terrain,
                                     result.witness, result.world_elevation_m, result.world_elevation_sigma_m,
                                     result.world_terrain, result.vehicle, result.world, result.obstacles, result.stages,
-                                    result.status)};
+                                    result.status, result.cameras)};
   bytes += result.predictions.capacity() * sizeof(Prediction);
   for (const Prediction& one : result.predictions) bytes += memory_bytes_of(one.occupancy, one.world_occupancy);
   return bytes;

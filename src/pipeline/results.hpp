@@ -17,6 +17,9 @@ void make_room(const Config& config, const Rig& level_rig, StageImages& stages);
 /// The same for grids and predictions.
 void make_room(const Config& config, const std::vector<double>& horizons_s, FrameResult& result);
 
+/// Begins a frame of a further camera's result: allocates its grids, which are unknown, without status and warnings.
+void begin_camera(const Config& config, FrameResult& seen);
+
 /// Obstacle disparities of a frame, and which of their pixels are ambiguous. `matched` may be the result's own image.
 void set_obstacles(View<const float> matched, StageImages& stages);
 

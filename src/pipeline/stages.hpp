@@ -50,27 +50,39 @@ class ScopedTimer {
 
 class Cpu;
 
-/// Input of the frame pipeline: level images of the rig's size.
+/// A camera's part of a frame: level images of its rig's size.
 struct LevelFrame {
   View<const std::uint8_t> left;
   View<const std::uint8_t> right;
   View<const float> disparity;  ///< external disparities; empty: match both images
-  Pose2 world_from_vehicle;
-  double dt_s{0};
-  std::span<const ObservedGrid> other_grids;
-  CameraView view{};
-  bool restarts{false};         ///< clock leap: no state is used
+  Pose2 world_from_camera;      ///< frame on the ground below the camera, x along its optical axis
+  double dt_s{0};               ///< since the camera's frame before; 0: none
+  int camera{0};
+  bool restarts{false};         ///< no state of the camera is used
   double disparity_step_px{0};  ///< external disparities: step_of
 
   [[nodiscard]] bool has_external_disparity() const { return !disparity.empty(); }
 };
 
-/// Grids of a frame, and where they lie for its camera.
+/// Input of the frame pipeline: frames of one or more cameras, and the vehicle at the time of the newest.
+struct FrameSet {
+  std::span<const LevelFrame> cameras;  ///< at most one of each camera, ascending
+  Pose2 world_from_vehicle;
+  double dt_s{0};  ///< since the frame before
+  std::span<const ObservedGrid> other_grids{};
+  std::span<const CameraView> views{};  ///< views of `cameras`; empty: unknown
+  bool restarts{false};                 ///< clock leap: no state is used
+};
+
+/// Grids of a frame, and where they lie for a camera.
 struct FrameGrids {
-  GridGeometry window;          ///< the filter's grid, world axes
-  GridInVehicle vehicle_cells;  ///< the vehicle's grid in the vehicle frame
-  GridInVehicle window_cells;   ///< the window in the vehicle frame
-  bool is_first;                ///< the filter begins with this frame
+  const FrameSet& frame;
+  GridGeometry window;         ///< the filter's grid, world axes
+  GridInVehicle vehicle;       ///< the vehicle's grid in the vehicle frame
+  GridInVehicle window_cells;  ///< the window in the vehicle frame
+  GridInVehicle seen_vehicle;  ///< the vehicle's grid in the frame of the camera
+  GridInVehicle seen_window;   ///< the window in the frame of the camera
+  bool is_first;               ///< the filter begins with this frame
 };
 
 /// Ground that a frame is matched on.
@@ -88,12 +100,17 @@ struct HostMatches {
 
 /// Input of a frame's grids beside its matches.
 struct Evidence {
-  bool is_usable{true};  ///< false: both grids are unknown, but for the frame's other grids and `held`
+  bool is_usable{true};  ///< false: both grids are unknown
   Ground ground{};       ///< plane under the observed grids
   TerrainRules rules{};  ///< empty: none
   float blur_px{0};      ///< see blur_of
-  std::span<const RetainedCell>
-      held{};  ///< cells of the window that stay occupied, each once, at most retained_cells_max
+};
+
+/// Input of a step of the filter beside the observed window.
+struct FilterEvidence {
+  std::span<const VelocityEvidence> velocities{};  ///< at most one per cell, by ascending cell
+  /// Cells of the window that stay occupied, at most retained_cells_max; each once with one camera.
+  std::span<const RetainedCell> held{};
 };
 
 /// Constant settings of a back end.
@@ -102,6 +119,7 @@ struct StagesOptions {
   bool predictions{false};             ///< fill FrameResult::predictions
   const FrameResult* reused{nullptr};  ///< result that only the pipeline writes: constant parts are not written again
   PixelMask mask{};                    ///< pixels without disparities in all frames
+  bool filters{true};                  ///< false: the stages of a further camera, which has no filter
 };
 
 using StateArchive = std::variant<StateWriter*, StateReader*>;
@@ -122,16 +140,17 @@ class Stages {
                      const MatchGround& ground) = 0;
   /// Waits for match(). Any thread may call this.
   virtual const HostMatches& read() = 0;
-  /// Occupancy of the vehicle's grid and of the window (IV, V-A), fused with the frame's other grids.
-  virtual void observe(const LevelFrame& frame, const FrameGrids& grids, const Evidence& evidence,
-                       FrameResult& result) = 0;
-  /// One step of the filter (V-B), from the state before the frame, and its layers in the vehicle's grid. `velocities`:
-  /// at most one per cell, by ascending cell.
-  virtual void filter(const LevelFrame& frame, const FrameGrids& grids, std::span<const VelocityEvidence> velocities,
-                      FrameResult& result) = 0;
-  /// Ends the frame: completes the result's grids, predictions, densities, times of the stages and, with
-  /// StagesOptions::stage_images, stages.
-  virtual void publish(const LevelFrame& frame, FrameResult& result) = 0;
+  /// Occupancy of the vehicle's grid and of the window (IV, V-A) by this camera.
+  virtual void observe(const FrameGrids& grids, const Evidence& evidence, FrameResult& result) = 0;
+  /// The window of the last observe() in the host's memory, into which other cameras are fused; empty: on a device.
+  virtual View<float> observed_window() { return {}; }
+  /// Fuses the observed grids with the frame's other grids. Then one step of the filter (V-B), from the state before
+  /// the frame, and its layers in the vehicle's grid.
+  virtual void filter(const FrameGrids& grids, const FilterEvidence& evidence, FrameResult& result) = 0;
+  /// Ends the frame: completes the result's grids, predictions and times of the stages.
+  virtual void publish(const FrameGrids& grids, FrameResult& result) = 0;
+  /// After publish(): densities of the camera's matches and, with StagesOptions::stage_images, stages.
+  virtual void publish_matches(FrameResult& result) = 0;
   /// State of the filter between two frames.
   virtual void exchange(StateArchive archive) = 0;
 

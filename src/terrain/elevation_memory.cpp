@@ -48,6 +48,18 @@ void ElevationMemory::begin_row(int iy) {
   std::fill_n(frame_.row(iy), frame_.width(), Seen{});
 }
 
+void ElevationMemory::see(const ElevationMemory& other) {
+  for (int iy{0}; iy < frame_.height(); ++iy) {
+    const Range row{other.rows_[static_cast<std::size_t>(iy)]};
+    for (int ix{row.begin}; ix < row.end; ++ix) {
+      const Seen& seen{other.frame_(ix, iy)};
+      const Seen& own{frame_(ix, iy)};
+      if (!std::isnan(seen.variance) && !(own.variance <= seen.variance))
+        see(ix, iy, seen.elevation_m, std::sqrt(seen.variance));
+    }
+  }
+}
+
 // The plane from the frame up to the memory, by least squares over the common cells. Left out are those that contradict
 // `expected`. The prior of heave and tilt decides where there are few.
 ElevationMemory::Shift ElevationMemory::difference(const Shift& expected) const {

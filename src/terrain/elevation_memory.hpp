@@ -29,6 +29,8 @@ class ElevationMemory {
     row = {std::min(row.begin, ix), std::max(row.end, ix + 1)};
     frame_(ix, iy) = {elevation_m, sigma_m * sigma_m};
   }
+  /// Adds the cells of another camera's frame, at the same place of the window.
+  void see(const ElevationMemory& other);
   /// Adds the frame.
   void add();
   /// Elevations and their standard deviations, m; NaN: never seen.

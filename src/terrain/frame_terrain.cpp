@@ -126,12 +126,13 @@ FrameTerrain::FrameTerrain(const Rig& level_rig, const Config& config, const Gri
     : vehicle_grid_{vehicle_grid},
       vehicle_{config.vehicle},
       raised_m_{static_cast<float>(config.u_disparity.obstacle_min_height_m / 2)},
-      terrain_{level_rig,
-               limits_of(config),
-               static_cast<float>(config.grid.cell_size_m),
-               static_cast<float>(std::hypot(config.grid.length_m, config.grid.width_m / 2)),
-               config.matching.disparities,
-               config.matching.window_px},
+      terrain_{
+          level_rig,
+          limits_of(config),
+          static_cast<float>(config.grid.cell_size_m),
+          static_cast<float>(std::hypot(std::max(config.grid.length_m, config.grid.rear_m), config.grid.width_m / 2)),
+          config.matching.disparities,
+          config.matching.window_px},
       low_obstacles_{level_rig, limits_of(config), config.grid.cell_size_m, window_cells, config.matching.window_px},
       witness_{config.vehicle.ground_memory_s, window_cells},
       elevation_{config.grid.cell_size_m, window_cells},
@@ -208,20 +209,50 @@ void FrameTerrain::hold(Image<float>& occupancy) {
   }
 }
 
-void FrameTerrain::bound_filtered(bool is_usable, const std::function<bool(Point2)>& claims_free, FrameResult& result) {
+// Rules of the last find().
+void FrameTerrain::clear_find() {
+  vehicle_rules_.fill(CellRule::ground_not_seen);
+  window_rules_.fill(CellRule::ground_not_seen);
+  for (int iy{0}; iy < window_rules_.height(); ++iy) elevation_.begin_row(iy);
+}
+
+void FrameTerrain::find_nothing(const TerrainPlace& place) {
+  move(place);
+  low_obstacles_.find_nothing();
+  edges_.clear();
+  clear_find();
+}
+
+void FrameTerrain::merge(std::span<const FrameTerrain* const> seen) {
+  if (std::ranges::find(seen, this) == seen.end()) clear_find();
+  const auto add = [](const Image<CellRule>& from, Image<CellRule>& to) {
+    std::ranges::transform(from, to, to.begin(), [](CellRule one, CellRule other) { return combined(other, one); });
+  };
+  for (const FrameTerrain* const other : seen) {
+    if (other == this) continue;
+    add(other->vehicle_rules_, vehicle_rules_);
+    add(other->window_rules_, window_rules_);
+    elevation_.see(other->elevation_);
+  }
+}
+
+void FrameTerrain::bound_filtered(std::span<const FrameTerrain* const> seen,
+                                  const std::function<bool(Point2)>& claims_free, FrameResult& result) {
+  const bool is_usable{!seen.empty()};
   if (is_usable) {
+    merge(seen);
     hold(result.world.occupancy);
-    low_obstacles_.remember();
+    for (const FrameTerrain* const one : seen) low_obstacles_.remember(one->low_obstacles_);
     bound(vehicle_rules_, result.vehicle.occupancy);
     drop_witnesses();
   }
   bound_held(result);
   bound_vehicle(is_usable, claims_free, result);
-  if (is_usable) see_ground();
+  if (is_usable) see_ground(seen);
   if (claims_free) see_claims(claims_free);
   for (int iy{0}; iy < window_rules_.height(); ++iy) witness_.bound(iy, result.world.occupancy.row(iy));
   remember_elevation(is_usable, result);
-  limit_speed(is_usable, result);
+  limit_speed(std::ranges::find(seen, this) != seen.end(), result);
 }
 
 // Stopping takes v·t + v²/(2a).
@@ -255,13 +286,14 @@ void FrameTerrain::drop_witnesses() {
 }
 
 // Rules of the window are without low obstacles.
-void FrameTerrain::see_ground() {
+void FrameTerrain::see_ground(std::span<const FrameTerrain* const> seen) {
   for (int iy{0}; iy < window_rules_.height(); ++iy) {
     for_cells(window_rules_.row(iy), window_rules_.width(), [&](int begin, int end, CellRule rule) {
       if (is_ground(rule)) witness_.see(iy, begin, end);
     });
   }
-  low_obstacles_.for_high([&](int x, int y) { witness_.drop(y, x, x + 1); });
+  for (const FrameTerrain* const one : seen)
+    one->low_obstacles_.for_high([&](int x, int y) { witness_.drop(y, x, x + 1); });
 }
 
 // Cells below ½ have a witness.

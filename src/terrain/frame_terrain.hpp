@@ -23,9 +23,12 @@ struct TerrainPlace {
   GridInVehicle window_cells;  ///< the window in the vehicle frame
   Pose2 world_from_vehicle;
   double dt_s;
+  GridInVehicle vehicle_in_camera;  ///< the vehicle's grid in the frame of the camera
+  GridInVehicle window_in_camera;
 };
 
-/// Terrain of a frame in its two grids: the vehicle's grid and the window of the filter.
+/// Terrain of a camera's frame in its two grids: the vehicle's grid and the window of the filter. That of one camera
+/// keeps what all cameras have seen.
 class FrameTerrain {
  public:
   FrameTerrain(const Rig& level_rig, const Config& config, const GridGeometry& vehicle_grid, int window_cells);
@@ -38,21 +41,24 @@ class FrameTerrain {
     terrain_.find(obstacle, road, ground, surface, for_ranges);
     edges_.clear();
     terrain_.add_edges(edges_);
-    low_obstacles_.find(obstacle, road, terrain_, place.window_cells, for_ranges);
-    const GridInVehicle vehicle{grid_in_vehicle(vehicle_grid_, {})};
-    for_ranges(vehicle_grid_.ny, [&](int begin, int end) { write_vehicle(vehicle, begin, end, result); });
+    low_obstacles_.find(obstacle, road, terrain_, place.window_in_camera, for_ranges);
+    for_ranges(vehicle_grid_.ny,
+               [&](int begin, int end) { write_vehicle(place.vehicle_in_camera, begin, end, result); });
     mark_low_obstacles(place.window_cells, result);
-    for_ranges(place.window.ny, [&](int begin, int end) { write_window(place.window_cells, begin, end); });
+    for_ranges(place.window.ny, [&](int begin, int end) { write_window(place.window_in_camera, begin, end); });
   }
+  /// A frame in which the camera has no image.
+  void find_nothing(const TerrainPlace& place);
 
   /// Edges of the last find(), from left to right.
   [[nodiscard]] std::span<const EdgePoint> edges() const { return edges_; }
   /// Raises the filtered occupancy where the last find() has seen edges, obstacles, or nothing behind an edge, and
   /// where a frame before has seen an edge or obstacle and none since ground, or several have seen a low obstacle.
-  /// `is_usable`: false: the last find() is ignored.
+  /// `seen`: terrains whose last find() counts, of this camera and others; empty: none.
   /// Cells below ½ without a witness become unknown. Sets the elevations and classes over time. `claims_free`: whether
   /// another source has seen a place of the vehicle frame as free; empty: there is none.
-  void bound_filtered(bool is_usable, const std::function<bool(Point2)>& claims_free, FrameResult& result);
+  void bound_filtered(std::span<const FrameTerrain* const> seen, const std::function<bool(Point2)>& claims_free,
+                      FrameResult& result);
   /// Clears the hazards of frames before.
   void reset() {
     held_.fill(CellRule::as_observed);
@@ -78,11 +84,13 @@ class FrameTerrain {
   void mark_low_obstacles(const GridInVehicle& window, FrameResult& result);
   void write_window(const GridInVehicle& grid, int begin, int end);
   void move(const TerrainPlace& place);
+  void clear_find();
+  void merge(std::span<const FrameTerrain* const> seen);
   void hold(Image<float>& occupancy);
   void bound_held(FrameResult& result) const;
   void limit_speed(bool is_usable, FrameResult& result) const;
   void drop_witnesses();
-  void see_ground();
+  void see_ground(std::span<const FrameTerrain* const> seen);
   void remember_elevation(bool is_usable, FrameResult& result);
   void see_claims(const std::function<bool(Point2)>& claims_free);
   [[nodiscard]] CellWitness witness_of(CellRule rule, CellIndex window_cell) const;

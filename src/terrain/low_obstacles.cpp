@@ -382,15 +382,15 @@ void LowObstacles::check() {
   }
 }
 
-void LowObstacles::remember() {
-  for (int iy{rows_.begin}; iy < rows_.end; ++iy) {
-    for (int ix{columns_.begin}; ix < columns_.end; ++ix) {
-      const Seen& seen{seen_(ix, iy)};
+void LowObstacles::remember(const LowObstacles& of) {
+  for (int iy{of.rows_.begin}; iy < of.rows_.end; ++iy) {
+    for (int ix{of.columns_.begin}; ix < of.columns_.end; ++ix) {
+      const Seen& seen{of.seen_(ix, iy)};
       if (seen.count == 0) continue;
       if (seen.is_beside_tall)
         memory_.clear(ix, iy);
       else
-        memory_.add(ix, iy, seen.height, limits_.step_m / 8 / noise_m_(ix, iy), seen.count);
+        memory_.add(ix, iy, seen.height, limits_.step_m / 8 / of.noise_m_(ix, iy), seen.count);
     }
   }
 }

@@ -51,10 +51,12 @@ class LowObstacles {
       }
     }
   }
+  /// A frame without images.
+  void find_nothing() { columns_ = rows_ = {0, 0}; }
   /// Moves the memory with the window.
   void move(Scroll scroll) { memory_.move(scroll); }
-  /// Adds the last find() to the memory.
-  void remember();
+  /// Adds the last find() of a camera, this one or another, to the memory.
+  void remember(const LowObstacles& of);
   /// Calls work(ix, iy) for the cells with an obstacle in memory.
   template <class Work>
   void for_obstacles(const Work& work) const {

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 
@@ -30,6 +32,20 @@ STEREOGRID_HD inline float ruled(float occupancy, CellRule rule) {
   if (rule == CellRule::free) return Min(occupancy, ruled_free);
   if (rule == CellRule::obstacle) return Max(occupancy, ruled_obstacle);
   return rule == CellRule::edge ? Max(occupancy, ruled_edge) : occupancy;
+}
+
+/// Rule of a cell that two cameras see: hazards count, and ground that one of them sees.
+inline CellRule combined(CellRule one, CellRule other) {
+  constexpr std::array<int, 6> ranks{3, 0, 1, 2, 4, 5};  // by CellRule
+  const auto rank = [&](CellRule rule) { return ranks[static_cast<std::size_t>(rule)]; };
+  return rank(one) < rank(other) ? other : one;
+}
+
+/// Likewise the class of its ground.
+inline TerrainClass combined(TerrainClass one, TerrainClass other) {
+  constexpr std::array<int, 5> ranks{0, 2, 3, 4, 1};  // by TerrainClass
+  const auto rank = [&](TerrainClass kind) { return ranks[static_cast<std::size_t>(kind)]; };
+  return rank(one) < rank(other) ? other : one;
 }
 
 /// Sixteen cells have the same rule. Two comparisons instead of a call of std::memcmp.

@@ -41,10 +41,10 @@ struct Runner {
   void run(const StereoFrame& frame, double dt_s) {
     result.status.clear();
     result.warnings.clear();
-    const LevelFrame level{
-        frame.left.view(), frame.right.view(), frame.disparity.view(), *frame.world_from_vehicle, dt_s,
-        frame.other_grids};
-    found = frames.process(level, result);
+    const LevelFrame level{frame.left.view(), frame.right.view(), frame.disparity.view(), *frame.world_from_vehicle,
+                           dt_s};
+    const auto replaced = frames.process({{&level, 1}, level.world_from_camera, dt_s, frame.other_grids}, result);
+    found = replaced.empty() ? std::optional<Ground>{} : replaced.front().ground;
   }
 
   Cpu cpu{1};

@@ -194,7 +194,7 @@ TEST(ParseScene, PrefixAndSettingsMayBeLeftOut) {
 
 TEST(ParseScene, ErrorsNameWhatWouldMend) {
   for (const auto& [scene, words] : std::vector<std::pair<std::string, std::string>>{
-           {"scene:stret", "scene:stret: there is no such scene. Known scenes: boxes corridor course crossing empty"},
+           {"scene:stret", "scene:stret: there is no such scene. Known scenes: around boxes corridor course crossing"},
            {"", "Known scenes"},
            {"street?widht=3", "no key \"widht\". Known keys: seed, frames, width"},
            {"street?frames", "key=value"},

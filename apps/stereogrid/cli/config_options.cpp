@@ -117,10 +117,11 @@ void add_device_options(Command command, DeviceOptions& options) {
       .show_default();
 }
 
-Pipeline start_pipeline(const Config& config, const Rig& rig, const DeviceOptions& options, PipelineOptions made) {
+Pipeline start_pipeline(const Config& config, std::span<const Rig> rigs, const DeviceOptions& options,
+                        PipelineOptions made) {
   set_device(made, options);
   try {
-    Pipeline pipeline{config, rig, made};
+    Pipeline pipeline{config, rigs, made};
     if (pipeline.back_end() == BackEnd::cuda) spdlog::info("on the GPU");
     if (!pipeline.why_not_cuda().empty()) {
       spdlog::log(options.is_explicit ? spdlog::level::info : spdlog::level::debug, "on the CPU. No GPU: {}",

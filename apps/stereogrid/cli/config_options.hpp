@@ -46,7 +46,7 @@ void warn_of_unread(const ConfigOptions& options, const Config& config, const In
 void add_device_options(Command command, DeviceOptions& options);
 
 /// `pipeline`: all but back end and threads. Logs the choice of a GPU. Throws ConfigError, DeviceError.
-[[nodiscard]] Pipeline start_pipeline(const Config& config, const Rig& rig, const DeviceOptions& options,
+[[nodiscard]] Pipeline start_pipeline(const Config& config, std::span<const Rig> rigs, const DeviceOptions& options,
                                       PipelineOptions pipeline);
 
 }  // namespace stereogrid::app

@@ -55,6 +55,14 @@ void print_camera(const Rig& rig, bool has_extrinsics, bool estimates) {
                                          : used + " (assumed: not in the calibration, and ground.estimate is off)");
 }
 
+/// Place of a camera that is not at the vehicle's origin.
+void print_place(std::size_t camera, const Rig& rig) {
+  if (camera_place(rig) == Pose2{}) return;
+  print_row(fmt::format("camera {}", camera).c_str(),
+            fmt::format("{:.3g} m ahead, {:.3g} m to the left, turned by {:.1f}°", rig.camera_x_m, rig.camera_y_m,
+                        rig.camera_yaw_rad * degrees));
+}
+
 std::string poses_text(const io::RecordingContents& contents) {
   const std::string& source{contents.poses_source};
   if (!contents.poses_file.empty()) return source.empty() ? io::printable_path(contents.poses_file) : source;
@@ -213,6 +221,7 @@ int show(InfoOptions& options) {
                           : fmt::format("{}, {} to {}", frames, input.source->name(0), input.source->name(frames - 1)));
   print_camera(rig, input.recording == nullptr || input.recording->contents().calibration.has_extrinsics,
                config.ground.estimate);
+  for (std::size_t i{0}; i < input.source->rigs().size(); ++i) print_place(i, input.source->rigs()[i]);
   if (input.recording != nullptr) print_recording(*input.recording);
   print_stamps(input);
   if (is_automatic) print_row("preset", fmt::format("{}: {}", choice.preset, choice.reason));

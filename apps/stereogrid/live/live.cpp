@@ -75,7 +75,7 @@ class ResetRequest {
 class OtherPreset {
  public:
   OtherPreset(const LiveOptions& options, const LiveInput& input, server::Server& viewers)
-      : pipeline_{start_pipeline(config_of(options), input.source->rig(), options.device,
+      : pipeline_{start_pipeline(config_of(options), {&input.source->rig(), 1}, options.device,
                                  {.mask = input.mask,
                                   .extrinsics_given = input.recording.extrinsics_given,
                                   .in_world_of_poses = input.in_world_of_poses})},
@@ -296,7 +296,7 @@ int live(const LiveOptions& options) {
   const io::Recording* const recording{input.recording.recording};
   warn_of_unread(parameters, config,
                  {recording != nullptr && recording->gives_disparities(), fused != FusedSource::none});
-  Pipeline pipeline{start_pipeline(config, input.source->rig(), options.device,
+  Pipeline pipeline{start_pipeline(config, {&input.source->rig(), 1}, options.device,
                                    {.horizons_s = options.predict_s,
                                     .mask = input.mask,
                                     .extrinsics_given = input.recording.extrinsics_given,

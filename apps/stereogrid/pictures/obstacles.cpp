@@ -17,7 +17,8 @@ class View {
   View(const Rig& level_rig, const Ground& ground, double scale) : rig_{level_rig}, ground_{ground}, scale_{scale} {}
 
   /// None: too near.
-  [[nodiscard]] std::optional<cv::Point2d> at(Point2 place, double height_m) const {
+  [[nodiscard]] std::optional<cv::Point2d> at(Point2 in_vehicle, double height_m) const {
+    const Point2 place{inverse(camera_place(rig_)) * in_vehicle};
     if (place.x < nearest_m) return {};
     // the road's normal g in the camera's frame, g·X = height of the camera over it; docs/method.md §1.2
     const double level{std::cos(ground_.pitch_rad)};

@@ -162,7 +162,7 @@ int run(const RunOptions& requested) {
   warn_of_unread(options.config, config,
                  {input.recording != nullptr && input.recording->gives_disparities(), options.fuse != "none"});
   log_input(input);
-  Pipeline pipeline{start_pipeline(config, input.source->rig(), options.device, pipeline_options(options, input))};
+  Pipeline pipeline{start_pipeline(config, input.source->rigs(), options.device, pipeline_options(options, input))};
   const FusionStage fusion{fused_source(options.fuse), input, pipeline.vehicle_grid()};
   io::RunRecord record{record_of(options, input, pipeline)};
   const FolderLock lock{record.folder()};

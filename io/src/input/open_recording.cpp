@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "input/calibration/calibration_forms.hpp"
+#include "input/calibration/yaml_group.hpp"
 #include "input/layout/input_layout.hpp"
 #include "input/poses/recording_poses.hpp"
 #include "input/recording_images.hpp"
@@ -332,6 +333,38 @@ std::unique_ptr<Recording> open_recording_of(const VideoPair& videos, InputArgum
   return open_recording(arguments, std::move(found));
 }
 
+/// Folders of the stereo pairs of one vehicle: 'cameras' of calibration.yaml; empty: another input.
+std::vector<fs::path> cameras_in(const InputArguments& arguments) {
+  if (arguments.paths.size() != 1) return {};
+  const fs::path file{arguments.paths.front() / "calibration.yaml"};
+  if (!is_there(file)) return {};
+  const YamlGroup root{read_yaml(file)};
+  if (!root.has("cameras")) return {};
+  root.need_only({"cameras"});
+  std::vector<fs::path> folders{root.file_names("cameras")};
+  if (folders.empty() || folders.size() > 8) root.fail("has no 1 to 8 folders in 'cameras'.");
+  for (fs::path& folder : folders) folder = arguments.paths.front() / folder;
+  return folders;
+}
+
+/// The first folder's recording, with the others as further cameras. Poses beside the folders are all cameras'.
+std::unique_ptr<Recording> open_cameras(InputArguments arguments, const std::vector<fs::path>& folders) {
+  if (arguments.calibration || arguments.disparities || arguments.depth || arguments.mask || arguments.labels) {
+    throw ConfigError{
+        "--calibration, --disparities, --depth, --mask and --labels are of one camera: put the files "
+        "into the cameras' folders."};
+  }
+  const fs::path poses{arguments.paths.front() / "poses.csv"};
+  if (arguments.poses.empty() && is_there(poses)) arguments.poses = poses.string();
+  std::unique_ptr<Recording> all;
+  for (const fs::path& folder : folders) {
+    arguments.paths = {folder};
+    std::unique_ptr<Recording> camera{open_recording(arguments)};
+    all ? all->add_camera(std::move(camera)) : void(all = std::move(camera));
+  }
+  return all;
+}
+
 }  // namespace
 
 std::unique_ptr<Recording> open_recording(const InputArguments& arguments, ForeignRecording found) {
@@ -343,6 +376,8 @@ std::unique_ptr<Recording> open_recording(const InputArguments& arguments, Forei
 }
 
 std::unique_ptr<Recording> open_recording(const InputArguments& arguments) {
+  if (const std::vector<fs::path> folders{cameras_in(arguments)}; !folders.empty())
+    return open_cameras(arguments, folders);
   if (const auto videos{find_videos(arguments.paths)}) return open_recording_of(*videos, arguments);
   return with_lens(with_turned_images(std::make_unique<Recording>(look_at(arguments))));
 }

@@ -183,7 +183,49 @@ std::optional<PlacedGrid> Recording::load_grid(std::size_t index) const {
   return grid;
 }
 
+std::span<const Rig> Recording::rigs() const {
+  return rigs_.empty() ? std::span{&rig(), 1} : std::span{rigs_};
+}
+
+void Recording::add_camera(std::unique_ptr<Recording> camera) {
+  if (rigs_.empty()) rigs_.push_back(rig());
+  rigs_.push_back(camera->rig());
+  others_.push_back(std::move(camera));
+}
+
+namespace {
+
+/// The frame nearest in time, within half of its interval; none: there is none.
+std::optional<std::size_t> frame_at(const std::vector<RecordedFrame>& frames, std::int64_t stamp_ns) {
+  if (frames.empty()) return std::nullopt;
+  const auto after{std::ranges::lower_bound(frames, stamp_ns, {}, &RecordedFrame::stamp_ns)};
+  const auto away{[&](auto frame) { return std::abs(frame->stamp_ns - stamp_ns); }};
+  const bool is_before{after == frames.end() || (after != frames.begin() && away(after - 1) < away(after))};
+  const auto nearest{is_before ? after - 1 : after};
+  const auto first{nearest == frames.begin() ? nearest : nearest - 1};
+  const auto next{first + 1 == frames.end() ? first : first + 1};
+  if (first != next && 2 * away(nearest) > next->stamp_ns - first->stamp_ns) return std::nullopt;
+  return static_cast<std::size_t>(nearest - frames.begin());
+}
+
+}  // namespace
+
 StereoFrame Recording::load(std::size_t index) const {
+  StereoFrame frame{load_own(index)};
+  for (std::size_t i{0}; i < others_.size(); ++i) {
+    const auto nearest{frame_at(others_[i]->contents().frames, frame.stamp_ns)};
+    if (!nearest) continue;
+    try {
+      StereoFrame other{others_[i]->load_own(*nearest)};
+      other.camera = static_cast<int>(i + 1);
+      frame.others.push_back(std::move(other));
+    } catch (const InputError&) {  // the camera observes nothing
+    }
+  }
+  return frame;
+}
+
+StereoFrame Recording::load_own(std::size_t index) const {
   StereoFrame frame{load_unrectified(index)};
   if (frame.left.width() != rig().width_px || frame.left.height() != rig().height_px) {
     throw InputError{printable_path(contents_.frames[index].left),

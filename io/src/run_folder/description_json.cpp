@@ -27,15 +27,20 @@ Json json_of(const RunInput& input) {
 }  // namespace
 
 Json rig_json(const Rig& rig) {
-  return {{"focal_px", rig.focal_px},
-          {"cx_px", rig.cx_px},
-          {"cy_px", rig.cy_px},
-          {"baseline_m", rig.baseline_m},
-          {"width_px", rig.width_px},
-          {"height_px", rig.height_px},
-          {"camera_height_m", rig.camera_height_m},
-          {"camera_pitch_rad", rig.camera_pitch_rad},
-          {"camera_roll_rad", rig.camera_roll_rad}};
+  Json json{{"focal_px", rig.focal_px},
+            {"cx_px", rig.cx_px},
+            {"cy_px", rig.cy_px},
+            {"baseline_m", rig.baseline_m},
+            {"width_px", rig.width_px},
+            {"height_px", rig.height_px},
+            {"camera_height_m", rig.camera_height_m},
+            {"camera_pitch_rad", rig.camera_pitch_rad},
+            {"camera_roll_rad", rig.camera_roll_rad}};
+  if (camera_place(rig) == Pose2{}) return json;
+  json["camera_x_m"] = rig.camera_x_m;
+  json["camera_y_m"] = rig.camera_y_m;
+  json["camera_yaw_rad"] = rig.camera_yaw_rad;
+  return json;
 }
 
 Json settings_json(const RunDescription& run) {

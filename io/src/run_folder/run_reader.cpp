@@ -31,6 +31,7 @@ constexpr const char* mend{"Give the folder that `stereogrid run --out` has left
 Rig rig_of_run(const Json& rig) {
   constexpr double most{1e9};
   const auto value = [&rig](const char* key) { return number(rig, key, most); };
+  const auto optional = [&](const char* key) { return rig.contains(key) ? value(key) : 0; };
   const auto renamed = [&](const char* key, const char* former) { return value(rig.contains(key) ? key : former); };
   const auto pixels = [&rig](const char* key) { return static_cast<int>(whole_number(rig, key, 1, 100'000)); };
   return {pixels("width_px"),
@@ -41,7 +42,10 @@ Rig rig_of_run(const Json& rig) {
           value("baseline_m"),
           value("camera_height_m"),
           value("camera_pitch_rad"),
-          value("camera_roll_rad")};
+          value("camera_roll_rad"),
+          optional("camera_x_m"),
+          optional("camera_y_m"),
+          optional("camera_yaw_rad")};
 }
 
 /// A frame's grids, as they lie in their file.

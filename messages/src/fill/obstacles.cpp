@@ -140,7 +140,9 @@ geometry_msgs::Transform vehicle_from_camera(const Rig& rig) {
   const Quaternion level{-0.5, 0.5, -0.5, 0.5};
   const Quaternion roll{std::sin(rig.camera_roll_rad / 2), 0, 0, std::cos(rig.camera_roll_rad / 2)};
   const Quaternion pitch{0, std::sin(rig.camera_pitch_rad / 2), 0, std::cos(rig.camera_pitch_rad / 2)};
-  return {{0, 0, rig.camera_height_m}, product(pitch, product(roll, level))};
+  const Quaternion ahead{product(pitch, product(roll, level))};
+  return {{rig.camera_x_m, rig.camera_y_m, rig.camera_height_m},
+          rig.camera_yaw_rad == 0 ? ahead : product(rotation_about_z(rig.camera_yaw_rad), ahead)};
 }
 
 geometry_msgs::Transform world_from_vehicle(const Pose2& pose) {

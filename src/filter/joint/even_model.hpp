@@ -82,8 +82,10 @@ STEREOGRID_HD inline CellBox reached_blocks(const FilterStep& step, const CellBo
 
 /// A block of the step before can have masses, if some of its cells move: its middle is not too far from the camera.
 STEREOGRID_HD inline bool is_followed(const FilterStep& step, const CellBox& block, int moved_x, int moved_y) {
-  const float dx{0.5f * static_cast<float>(block.x_first + block.x_last) - static_cast<float>(moved_x) - step.camera_x};
-  const float dy{0.5f * static_cast<float>(block.y_first + block.y_last) - static_cast<float>(moved_y) - step.camera_y};
+  const float dx{0.5f * static_cast<float>(block.x_first + block.x_last) - static_cast<float>(moved_x) -
+                 step.views[0].camera_x};
+  const float dy{0.5f * static_cast<float>(block.y_first + block.y_last) - static_cast<float>(moved_y) -
+                 step.views[0].camera_y};
   return dx * dx + dy * dy <= step.moving_squares;
 }
 

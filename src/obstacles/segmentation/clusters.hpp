@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -48,7 +49,8 @@ struct Cluster {
   /// True: the object may continue beyond the left or right end of its outline, which is hidden or outside the image.
   bool is_cut_left{false};
   bool is_cut_right{false};
-  bool is_sure{true};  ///< errors of matching do not explain it: it may confirm a track
+  bool is_sure{true};      ///< errors of matching do not explain it: it may confirm a track
+  std::uint8_t camera{0};  ///< index of the camera that sees it; not part of a saved state
 
   /// Velocity by tracked features.
   [[nodiscard]] bool has_measured_velocity() const { return velocity_covariance.xx > 0; }
@@ -105,6 +107,9 @@ struct FrameEdges {
 /// Clusters of kind drop: edges that are neighbours, from left to right.
 void add_drops(const FrameEdges& edges, const GridLayers& world, const Pose2& world_from_vehicle,
                std::vector<Cluster>& clusters);
+
+/// Moves the clusters of a camera to `all`. Of an object that two cameras see, the cluster with more pixels stays.
+void fuse_clusters(std::vector<Cluster>& of_camera, std::uint8_t camera, std::vector<Cluster>& all);
 
 /// Boxes around the outlines: along the velocity of dynamic objects, else the smallest ones.
 void fit_boxes(std::vector<Cluster>& clusters);

@@ -7,10 +7,21 @@
 #include <cmath>
 #include <cstddef>
 
+#include "obstacles/segmentation/clusters.hpp"
 #include "obstacles/segmentation/segments.hpp"
 
 namespace stereogrid {
 namespace {
+
+/// Maximum distance of a cluster's centre from the bounds of the same object in another camera's view.
+constexpr double same_object_m{0.3};
+
+bool are_one(const Cluster& one, const Cluster& other) {
+  if (one.camera == other.camera || one.kind == ObstacleKind::drop || other.kind == ObstacleKind::drop) return false;
+  const Cluster& larger{one.pixels >= other.pixels ? one : other};
+  const Point2 centre{one.pixels >= other.pixels ? other.centre : one.centre};
+  return larger.bounds.gap_to({centre, centre}, {}) <= same_object_m;
+}
 
 constexpr double long_m{5.5};
 constexpr double wide_m{2.6};
@@ -93,6 +104,17 @@ void Segmenter::join_pieces() {
     }
   }
   gather();
+}
+
+void fuse_clusters(std::vector<Cluster>& of_camera, std::uint8_t camera, std::vector<Cluster>& all) {
+  for (Cluster& cluster : of_camera) {
+    cluster.camera = camera;
+    const auto same = std::ranges::find_if(all, [&](const Cluster& other) { return are_one(cluster, other); });
+    if (same == all.end())
+      all.push_back(cluster);
+    else if (same->pixels < cluster.pixels)
+      *same = cluster;
+  }
 }
 
 }  // namespace stereogrid

@@ -72,7 +72,7 @@ double Tracker::axes_of(const Track& track) {
 // Uses the visible sides: parts that come into view behind them are no motion.
 void Tracker::correct_place(Track& track, const Cluster& cluster, const Pose2& camera) const {
   const double yaw_rad{axes_of(track)};
-  const BoxView view{cluster, yaw_rad, camera, rig_};
+  const BoxView view{cluster, yaw_rad, camera, rig_of(cluster)};
   if (cluster.kind != ObstacleKind::object || track.shape.kind != ObstacleKind::object) {
     const double sigma{large_sigma_of(cluster, track.shape)};
     track.motion.measure_place({1, 0}, cluster.centre.x, sigma * sigma);
@@ -106,7 +106,7 @@ void Tracker::correct_place(Track& track, const Cluster& cluster, const Pose2& c
 
 void Tracker::set_shape(Track& track, const Cluster& cluster, const Pose2& camera) const {
   track.shape = cluster;
-  const BoxView view{cluster, cluster.yaw_rad, camera, rig_};
+  const BoxView view{cluster, cluster.yaw_rad, camera, rig_of(cluster)};
   constexpr double unknown{std::numeric_limits<double>::infinity()};
   track.yaw_sigma_rad = cluster.kind == ObstacleKind::object ? yaw_sigma_of(cluster, view) : unknown;
 }

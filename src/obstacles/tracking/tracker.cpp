@@ -5,6 +5,7 @@
 #include <optional>
 #include <tuple>
 
+#include "geometry/composed.hpp"
 #include "obstacles/tracking/tracking.hpp"
 
 namespace stereogrid {
@@ -46,6 +47,13 @@ double moving_before(const Cluster& cluster) {
   return std::clamp(std::log((cluster.moving + open) / (1 - cluster.moving + open)), 0.0, most_before);
 }
 
+// `at`: vehicle frame.
+bool is_in_view_of(const Rig& rig, Point2 at) {
+  const Point2 place{inverse(camera_place(rig)) * at};
+  const double column{rig.cx_px - rig.focal_px * place.y / place.x};
+  return place.x > 0 && column > 0 && column < rig.width_px;
+}
+
 }  // namespace
 
 double Bounds::gap_to(const Bounds& other, Point2 moved) const {
@@ -60,7 +68,8 @@ Point2 Tracker::Track::middle() const {
   return {place.x + away.x, place.y + away.y};
 }
 
-Tracker::Tracker(const TrackingConfig& config, const Rig& level_rig) : config_{config}, rig_{level_rig} {
+Tracker::Tracker(const TrackingConfig& config, std::vector<Rig> level_rigs)
+    : config_{config}, rigs_{std::move(level_rigs)} {
   constexpr std::size_t pairs_of_a_thing{4};
   tracks_.reserve(things_reserved);
   pairs_.reserve(pairs_of_a_thing * things_reserved);
@@ -69,7 +78,7 @@ Tracker::Tracker(const TrackingConfig& config, const Rig& level_rig) : config_{c
 }
 
 void Tracker::update(const GridLayers& world, const std::vector<Cluster>& clusters, const Pose2& world_from_vehicle,
-                     double dt_s, std::span<const std::int64_t> held) {
+                     double dt_s, std::span<const std::int64_t> held, Cameras looking) {
   const auto is_held = [held](const Track& track) { return std::ranges::binary_search(held, track.id); };
   for (Track& track : tracks_) {
     // while unobserved, only motion shown by features continues
@@ -90,7 +99,10 @@ void Tracker::update(const GridLayers& world, const std::vector<Cluster>& cluste
   std::erase_if(tracks_, [&](const Track& track) {
     if (!(track.unseen_s > 0)) return false;
     if (is_held(track)) return !is_in_view(vehicle_from_world * track.shape.centre);
-    return is_expired(track) || (!track.is_merged && is_over(track, clusters, world, vehicle_from_world));
+    const Point2 at{vehicle_from_world * track.middle()};
+    const bool is_looked_at{is_in_view(at, looking) || !is_in_view(at)};
+    return is_expired(track, is_looked_at) ||
+           (is_looked_at && !track.is_merged && is_over(track, clusters, world, vehicle_from_world));
   });
 }
 
@@ -140,17 +152,20 @@ void Tracker::find_pairs(const std::vector<Cluster>& clusters) {
   });
 }
 
-void Tracker::associate(const std::vector<Cluster>& clusters, const Pose2& camera) {
+void Tracker::associate(const std::vector<Cluster>& clusters, const Pose2& world_from_vehicle) {
+  const auto camera_of = [&](const Cluster& cluster) {
+    return composed(world_from_vehicle, camera_place(rig_of(cluster)));
+  };
   find_pairs(clusters);
   is_track_taken_.assign(tracks_.size(), 0);
   is_cluster_taken_.assign(clusters.size(), 0);
   for (const Pair& pair : pairs_) {
     if (is_track_taken_[pair.track] != 0 || is_cluster_taken_[pair.cluster] != 0) continue;
     is_track_taken_[pair.track] = is_cluster_taken_[pair.cluster] = 1;
-    correct(tracks_[pair.track], clusters[pair.cluster], camera);
+    correct(tracks_[pair.track], clusters[pair.cluster], camera_of(clusters[pair.cluster]));
   }
   for (std::size_t c{0}; c < clusters.size(); ++c) {
-    if (is_cluster_taken_[c] == 0) begin_track(clusters[c], camera);
+    if (is_cluster_taken_[c] == 0) begin_track(clusters[c], camera_of(clusters[c]));
   }
 }
 
@@ -162,7 +177,7 @@ void Tracker::begin_track(const Cluster& cluster, const Pose2& camera) {
   Track track;
   track.id = next_id_++;
   track.motion = {cluster.centre, position_variance, cluster.velocity, velocity_covariance};
-  track.box.begin({cluster, cluster.yaw_rad, camera, rig_}, cluster.yaw_rad, cluster.centre);
+  track.box.begin({cluster, cluster.yaw_rad, camera, rig_of(cluster)}, cluster.yaw_rad, cluster.centre);
   set_shape(track, cluster, camera);
   track.moving = moving_before(cluster);
   track.sightings = cluster.is_sure ? 1 : 0;
@@ -222,22 +237,26 @@ bool Tracker::are_one_mover(const Track& piece, const Track& whole) {
 }
 
 // Time limit for unobserved tracks: twice their observed time, so that fragments of a frame end with it.
-bool Tracker::is_expired(const Track& track) const {
+bool Tracker::is_expired(const Track& track, bool is_looked_at) const {
+  if (!is_looked_at) return track.unseen_s > config_.coast_s;
   const double seen_s{track.age_s - track.unseen_s};
   return track.unseen_s > std::min(config_.coast_s, 2 * seen_s) || !is_certain(track) ||
          (track.is_merged && seen_s < known_s);
 }
 
-bool Tracker::is_in_view(Point2 at) const {
-  const double column{rig_.cx_px - rig_.focal_px * at.y / at.x};
-  return at.x > 0 && column > 0 && column < rig_.width_px;
+bool Tracker::is_in_view(Point2 at, Cameras cameras) const {
+  for (std::size_t i{0}; i < rigs_.size(); ++i) {
+    if ((cameras >> i & 1U) != 0 && is_in_view_of(rigs_[i], at)) return true;
+  }
+  return false;
 }
 
 bool Tracker::is_over(const Track& track, const std::vector<Cluster>& clusters, const GridLayers& world,
                       const Pose2& vehicle_from_world) const {
   const Point2 place{track.middle()};
   const Point2 at{vehicle_from_world * place};
-  if (!is_in_view(at)) return true;  // no later frame can show whether it is still there
+  // no later frame can show whether it is still there, unless it moves into the view of the next camera
+  if (!is_in_view(at)) return rigs_.size() == 1 || track.moving < surely_moving;
   if (track.unseen_s > gone_s && track.moving < surely_moving && !is_hidden(at, clusters, vehicle_from_world))
     return true;
   const GridGeometry& grid{world.geometry};
@@ -248,22 +267,27 @@ bool Tracker::is_over(const Track& track, const std::vector<Cluster>& clusters, 
 }
 
 // True if something nearer hides it.
-bool Tracker::is_hidden(Point2 at, const std::vector<Cluster>& clusters, const Pose2& vehicle_from_world) {
-  const double slope{at.y / at.x};
+bool Tracker::is_hidden(Point2 at, const std::vector<Cluster>& clusters, const Pose2& vehicle_from_world) const {
   return std::any_of(clusters.begin(), clusters.end(), [&](const Cluster& cluster) {
+    const Rig& rig{rig_of(cluster)};
+    if (rigs_.size() > 1 && !is_in_view_of(rig, at)) return false;
+    const Pose2 camera_from_vehicle{inverse(camera_place(rig))};
+    const Pose2 camera_from_world{composed(camera_from_vehicle, vehicle_from_world)};
+    const Point2 place{camera_from_vehicle * at};
+    const double slope{place.y / place.x};
     constexpr double far{std::numeric_limits<double>::max()};
     double least{far};
     double most{-far};
     double nearest{far};
     if (cluster.kind == ObstacleKind::drop) return false;
     for (const Point2& point : cluster.outline) {
-      const Point2 here{vehicle_from_world * point};
+      const Point2 here{camera_from_world * point};
       if (!(here.x > 0)) continue;
       least = std::min(least, here.y / here.x);
       most = std::max(most, here.y / here.x);
       nearest = std::min(nearest, here.x);
     }
-    return least < slope && slope < most && nearest < at.x - hidden_by_m;
+    return least < slope && slope < most && nearest < place.x - hidden_by_m;
   });
 }
 

@@ -23,17 +23,24 @@ namespace stereogrid {
 /// docs/method.md §11.
 class Tracker {
  public:
-  Tracker(const TrackingConfig& config, const Rig& level_rig);
+  /// Cluster::camera is an index into `level_rigs`, at most 32.
+  Tracker(const TrackingConfig& config, std::vector<Rig> level_rigs);
+  Tracker(const TrackingConfig& config, const Rig& level_rig) : Tracker{config, std::vector{level_rig}} {}
 
   /// Removes all tracks; ids continue.
   void reset() { tracks_.clear(); }
   /// Continues the ids of `before`.
   void continue_ids(const Tracker& before) { next_id_ = before.next_id_; }
 
+  /// Bits of cameras, the first camera's is 1.
+  using Cameras = std::uint32_t;
+  static constexpr Cameras all_cameras{~Cameras{0}};
+
   /// Predicts all tracks by dt_s, associates clusters, begins and ends tracks. `held`: ids of tracks that do not end
-  /// while they are in view, ascending.
+  /// while they are in view, ascending. `looking`: cameras whose clusters these are; tracks that none of them sees do
+  /// not end for being unseen, but for the time.
   void update(const GridLayers& world, const std::vector<Cluster>& clusters, const Pose2& world_from_vehicle,
-              double dt_s, std::span<const std::int64_t> held = {});
+              double dt_s, std::span<const std::int64_t> held = {}, Cameras looking = all_cameras);
 
   /// The tracks as obstacles in the vehicle frame. Obstacles beside `vehicle_grid` are not confirmed.
   void report(const Pose2& world_from_vehicle, const GridGeometry& vehicle_grid,
@@ -98,7 +105,8 @@ class Tracker {
   static bool differs(const Cluster& cluster, const Track& track);
   [[nodiscard]] std::optional<double> distance(const Track& track, const Cluster& cluster) const;
   void find_pairs(const std::vector<Cluster>& clusters);
-  void associate(const std::vector<Cluster>& clusters, const Pose2& camera);
+  void associate(const std::vector<Cluster>& clusters, const Pose2& world_from_vehicle);
+  [[nodiscard]] const Rig& rig_of(const Cluster& cluster) const { return rigs_[cluster.camera]; }
   void set_shape(Track& track, const Cluster& cluster, const Pose2& camera) const;
   static bool seems_to_move(const Track& track);
   static double axes_of(const Track& track);
@@ -111,15 +119,15 @@ class Tracker {
   static bool is_replaced(const Track& track, const std::vector<Cluster>& clusters);
   void merge_movers();
   static bool are_one_mover(const Track& piece, const Track& whole);
-  [[nodiscard]] bool is_expired(const Track& track) const;
+  [[nodiscard]] bool is_expired(const Track& track, bool is_looked_at) const;
   [[nodiscard]] bool is_over(const Track& track, const std::vector<Cluster>& clusters, const GridLayers& world,
                              const Pose2& vehicle_from_world) const;
   /// `at`: vehicle frame.
-  [[nodiscard]] bool is_in_view(Point2 at) const;
-  static bool is_hidden(Point2 at, const std::vector<Cluster>& clusters, const Pose2& vehicle_from_world);
+  [[nodiscard]] bool is_in_view(Point2 at, Cameras cameras = all_cameras) const;
+  [[nodiscard]] bool is_hidden(Point2 at, const std::vector<Cluster>& clusters, const Pose2& vehicle_from_world) const;
 
   TrackingConfig config_;
-  Rig rig_;
+  std::vector<Rig> rigs_;  // level rigs, by camera
   std::vector<Track> tracks_;
   std::vector<Pair> pairs_;  // working memory, as the next two
   std::vector<std::uint8_t> is_track_taken_;

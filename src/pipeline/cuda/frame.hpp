@@ -25,8 +25,10 @@ struct FrameOnDevice {
   RoadPlane plane;  ///< plane of the road hypothesis
   Ground ground;    ///< the same; plane under the observed grids
   RowShift rows;
-  GridInVehicle vehicle_cells;     ///< the vehicle's grid in the vehicle frame
-  GridInVehicle window_cells;      ///< the window in the vehicle frame
+  GridInVehicle vehicle_cells;  ///< the vehicle's grid in the vehicle frame
+  GridInVehicle window_cells;   ///< the window in the vehicle frame
+  GridInVehicle seen_vehicle;   ///< both in the frame of the camera
+  GridInVehicle seen_window;
   GridInVehicle vehicle_in_world;  ///< the vehicle's grid in the world
   GridGeometry window;
   FilterMotion motion;

@@ -97,16 +97,20 @@ void CudaStages::put_frame(const LevelFrame& frame, const FrameGrids& grids) {
     put(frame.left, host_.left());
     put(frame.right, host_.right());
   }
-  has_other_grids_ = !frame.other_grids.empty();
-  if (has_other_grids_) device_.other_grids.take(cuda_, frame.other_grids);
+  const FrameSet& set{grids.frame};
+  has_other_grids_ = !set.other_grids.empty();
+  if (has_other_grids_) device_.other_grids.take(cuda_, set.other_grids);
 
   FrameOnDevice& on_device{host_.frame()};
-  on_device.vehicle_cells = grids.vehicle_cells;
+  on_device.vehicle_cells = grids.vehicle;
   on_device.window_cells = grids.window_cells;
-  on_device.vehicle_in_world = grid_in_vehicle(vehicle_grid_, frame.world_from_vehicle);
+  on_device.seen_vehicle = grids.seen_vehicle;
+  on_device.seen_window = grids.seen_window;
+  on_device.vehicle_in_world = grid_in_vehicle(vehicle_grid_, set.world_from_vehicle);
   on_device.window = grids.window;
-  on_device.motion = filter_motion({config_.filter, filter_tables_, grids.window, frame.dt_s, frame.view},
-                                   grids.is_first ? grids.window : window_before_);
+  on_device.motion = filter_motion(
+      {config_.filter, filter_tables_, grids.window, set.dt_s, set.views.empty() ? CameraView{} : set.views.front()},
+      grids.is_first ? grids.window : window_before_);
 }
 
 // Waits, also after an exception, until the device does not read the memory that is written now.
@@ -153,7 +157,7 @@ void CudaStages::put_relief(const Relief<Host>& relief) {
 }
 
 // The kernels read the rules from pinned memory; without GroundModel::terrain they are not launched.
-void CudaStages::observe(const LevelFrame&, const FrameGrids&, const Evidence& evidence, FrameResult&) {
+void CudaStages::observe(const FrameGrids&, const Evidence& evidence, FrameResult&) {
   cuda_.use();
   if (is_at_work_) synchronize();
   if (evidence.is_usable) {
@@ -163,16 +167,15 @@ void CudaStages::observe(const LevelFrame&, const FrameGrids&, const Evidence& e
     put(evidence.rules.window, host_.window_rules.data());
     *host_.blur_px.data() = evidence.blur_px;
   }
-  std::copy(evidence.held.begin(), evidence.held.end(), host_.held.data());
-  *host_.held_count.data() = static_cast<int>(evidence.held.size());
   Graph& graph{(evidence.is_usable ? observe_graphs_ : unknown_graphs_)[has_other_grids_ ? 1 : 0]};
   perform(graph, [&] { enqueue_observation(evidence.is_usable); });
 }
 
-void CudaStages::filter(const LevelFrame&, const FrameGrids& grids, std::span<const VelocityEvidence> velocities,
-                        FrameResult&) {
-  std::copy(velocities.begin(), velocities.end(), host_.evidence.data());
-  *host_.evidence_count.data() = static_cast<int>(velocities.size());
+void CudaStages::filter(const FrameGrids& grids, const FilterEvidence& evidence, FrameResult&) {
+  std::copy(evidence.held.begin(), evidence.held.end(), host_.held.data());
+  *host_.held_count.data() = static_cast<int>(evidence.held.size());
+  std::copy(evidence.velocities.begin(), evidence.velocities.end(), host_.evidence.data());
+  *host_.evidence_count.data() = static_cast<int>(evidence.velocities.size());
   if (grids.is_first) reset(cuda_, device_.filter, &device_.frame()->motion, device_.states[1 - now_]);
   perform(filter_graphs_[now_], [this] { enqueue_filter(); });
 }
@@ -246,8 +249,8 @@ void CudaStages::project() {
     stereogrid::project(cuda_, occupancy, BinGeometry{rig_}, grid, device_.projection, cells.view());
   };
   if (!counts_rays()) find_largest(cuda_, occupancy, device_.projection);
-  project_to(&frame->vehicle_cells, device_.observed);
-  project_to(&frame->window_cells, device_.observed_window);
+  project_to(&frame->seen_vehicle, device_.observed);
+  project_to(&frame->seen_window, device_.observed_window);
   if (config_.ground.model == GroundModel::plane) return;
   apply_rules(cuda_, host_.vehicle_rules.data(), device_.observed.view());
   apply_rules(cuda_, host_.window_rules.data(), device_.observed_window.view());
@@ -258,14 +261,13 @@ void CudaStages::fuse() {
   const auto fuse_on = [&](const GridInVehicle* grid, DeviceImage<float>& cells) {
     stereogrid::fuse(cuda_, device_.other_grids, grid, config_.fusion, cells.view());
   };
-  if (has_other_grids_) {
-    fuse_on(&frame->vehicle_cells, device_.observed);
-    fuse_on(&frame->window_cells, device_.observed_window);
-  }
-  stereogrid::hold(cuda_, host_.held.data(), host_.held_count.data(), device_.observed_window.view());
+  if (!has_other_grids_) return;
+  fuse_on(&frame->vehicle_cells, device_.observed);
+  fuse_on(&frame->window_cells, device_.observed_window);
 }
 
 void CudaStages::enqueue_filter() {
+  stereogrid::hold(cuda_, host_.held.data(), host_.held_count.data(), device_.observed_window.view());
   stereogrid::filter(cuda_, device_.filter, &device_.frame()->motion, std::as_const(device_.observed_window).view(),
                      device_.states[1 - now_], device_.states[now_], device_.world);
   if (config_.filter.model == FilterModel::joint) {
@@ -292,10 +294,19 @@ void CudaStages::scatter_lattice() {
   }
 }
 
-void CudaStages::publish(const LevelFrame&, FrameResult& result) {
+void CudaStages::publish(const FrameGrids&, FrameResult& result) {
   read();
   synchronize();
   Stopwatch watch;
+  result.world.geometry = host_.frame().window;
+  PackedGrids{vehicle_grid_, window_cells_}.copy_to(host_.grids.data(), result);
+  result.timing_ms = times_.stages();
+  result.timing_ms.filter += watch.lap();
+  now_ = 1 - now_;
+  window_before_ = host_.frame().window;
+}
+
+void CudaStages::publish_matches(FrameResult& result) {
   const FrameFromDevice& answer{host_.answer()};
   const double pixels{static_cast<double>(matches_.obstacle.size())};
   MatchedPixels matched{};
@@ -305,16 +316,9 @@ void CudaStages::publish(const LevelFrame&, FrameResult& result) {
   }
   result.obstacle_density = matched.obstacle / pixels;
   result.road_density = matched.road / pixels;
-  result.world.geometry = host_.frame().window;
-  PackedGrids{vehicle_grid_, window_cells_}.copy_to(host_.grids.data(), result);
-  if (options_.stage_images) {
-    device_.fetch_stages(cuda_, result.stages);
-    set_obstacles(std::as_const(result.stages.obstacle_disparity).view(), result.stages);
-  }
-  result.timing_ms = times_.stages();
-  result.timing_ms.filter += watch.lap();
-  now_ = 1 - now_;
-  window_before_ = host_.frame().window;
+  if (!options_.stage_images) return;
+  device_.fetch_stages(cuda_, result.stages);
+  set_obstacles(std::as_const(result.stages.obstacle_disparity).view(), result.stages);
 }
 
 }  // namespace stereogrid

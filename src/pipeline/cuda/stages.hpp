@@ -22,11 +22,10 @@ class CudaStages final : public Stages {
   void match(const LevelFrame& frame, const FrameGrids& grids, const RowAlignment& rows,
              const MatchGround& ground) override;
   const HostMatches& read() override;
-  void observe(const LevelFrame& frame, const FrameGrids& grids, const Evidence& evidence,
-               FrameResult& result) override;
-  void filter(const LevelFrame& frame, const FrameGrids& grids, std::span<const VelocityEvidence> velocities,
-              FrameResult& result) override;
-  void publish(const LevelFrame& frame, FrameResult& result) override;
+  void observe(const FrameGrids& grids, const Evidence& evidence, FrameResult& result) override;
+  void filter(const FrameGrids& grids, const FilterEvidence& evidence, FrameResult& result) override;
+  void publish(const FrameGrids& grids, FrameResult& result) override;
+  void publish_matches(FrameResult& result) override;
   void exchange(StateArchive archive) override;
   /// Matching is recorded again where other rows are masked.
   void set_mask(PixelMask mask) override;

@@ -87,6 +87,9 @@ STEREOGRID_EXPORT void fit_to_images(Calibration& calibration, const std::string
 /// Writes the rectified form of calibration.yaml. Throws DeviceError.
 STEREOGRID_EXPORT void write_calibration_yaml(const std::filesystem::path& path, const Rig& rig);
 
+/// Writes the calibration.yaml of a folder with several stereo pairs: the names of their folders. Throws DeviceError.
+STEREOGRID_EXPORT void write_cameras_yaml(const std::filesystem::path& path, std::span<const std::string> folders);
+
 /// One camera as ROS calibrates it (sensor_msgs/CameraInfo, REP 104). Matrices are row-major, lengths in pixels.
 struct RosCamera {
   std::string name;  ///< source, for messages

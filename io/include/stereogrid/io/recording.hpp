@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -164,6 +165,11 @@ class STEREOGRID_EXPORT Recording final : public FrameSource {
   explicit Recording(RecordingContents contents, std::unique_ptr<ImageStore> images = {});
 
   [[nodiscard]] const Rig& rig() const override { return contents_.calibration.rig; }
+  [[nodiscard]] std::span<const Rig> rigs() const override;
+  /// Adds a stereo pair of the same vehicle. A frame has the frame of it that is nearest in time, within half of its
+  /// interval; those that cannot be loaded are left out.
+  void add_camera(std::unique_ptr<Recording> camera);
+  [[nodiscard]] const std::vector<std::unique_ptr<Recording>>& other_cameras() const { return others_; }
   [[nodiscard]] std::size_t size() const override { return contents_.frames.size(); }
   [[nodiscard]] std::string name(std::size_t index) const override { return contents_.frames.at(index).name; }
   /// Reads, checks and (raw pairs) rectifies a frame. Disparities are taken as they are: they belong to the rectified
@@ -192,12 +198,15 @@ class STEREOGRID_EXPORT Recording final : public FrameSource {
   [[nodiscard]] bool has_truth() const { return !contents_.truth_folder.empty(); }
 
  private:
+  [[nodiscard]] StereoFrame load_own(std::size_t index) const;
   void load_files(const RecordedFrame& source, ImagePair& pair, StereoFrame& frame) const;
   [[nodiscard]] Image<std::uint8_t> load_labels(const std::filesystem::path& path) const;
 
   RecordingContents contents_;
   std::unique_ptr<ImageStore> images_;
   std::optional<Rectifier> rectifier_;
+  std::vector<std::unique_ptr<Recording>> others_;
+  std::vector<Rig> rigs_;  // rigs of all cameras; empty: one camera
 };
 
 /// Recognises the input by looking at it and reads everything but the images. Throws InputError (which file, what is

@@ -161,9 +161,20 @@ Calibration read_depth_calibration(const std::filesystem::path& path, int width_
   return read_calibration(path, request);
 }
 
+namespace {
+
+/// Keys of the camera's place in the vehicle frame; empty at its origin.
+std::string place_keys(const Rig& rig) {
+  if (camera_place(rig) == Pose2{}) return "";
+  return fmt::format(", camera_x_m: {}, camera_y_m: {}, camera_yaw_rad: {}", rig.camera_x_m, rig.camera_y_m,
+                     rig.camera_yaw_rad);
+}
+
+}  // namespace
+
 std::string mount_line(const Rig& rig) {
-  return fmt::format("mount: {{camera_height_m: {:.3f}, camera_pitch_rad: {:.4f}, camera_roll_rad: {:.4f}}}",
-                     rig.camera_height_m, rig.camera_pitch_rad, rig.camera_roll_rad);
+  return fmt::format("mount: {{camera_height_m: {:.3f}, camera_pitch_rad: {:.4f}, camera_roll_rad: {:.4f}{}}}",
+                     rig.camera_height_m, rig.camera_pitch_rad, rig.camera_roll_rad, place_keys(rig));
 }
 
 void write_calibration_yaml(const std::filesystem::path& path, const Rig& rig) {
@@ -171,10 +182,16 @@ void write_calibration_yaml(const std::filesystem::path& path, const Rig& rig) {
       fmt::format("# rectified pair, left image is the reference\n"
                   "image: {{width_px: {}, height_px: {}}}\n"
                   "focal_px: {}\ncx_px: {}\ncy_px: {}\nbaseline_m: {}\n"
-                  "mount: {{camera_height_m: {}, camera_pitch_rad: {}, camera_roll_rad: {}}}\n",
+                  "mount: {{camera_height_m: {}, camera_pitch_rad: {}, camera_roll_rad: {}{}}}\n",
                   rig.width_px, rig.height_px, rig.focal_px, rig.cx_px, rig.cy_px, rig.baseline_m, rig.camera_height_m,
-                  rig.camera_pitch_rad, rig.camera_roll_rad)};
+                  rig.camera_pitch_rad, rig.camera_roll_rad, place_keys(rig))};
   write_file(path, text);
+}
+
+void write_cameras_yaml(const std::filesystem::path& path, std::span<const std::string> folders) {
+  write_file(path, fmt::format("# stereo pairs of one vehicle, each in a folder with its calibration.yaml\n"
+                               "cameras: [{}]\n",
+                               fmt::join(folders, ", ")));
 }
 
 }  // namespace stereogrid::io

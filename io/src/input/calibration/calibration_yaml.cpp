@@ -151,9 +151,15 @@ Calibration read_own_calibration(const YamlGroup& root, const std::filesystem::p
   }
   if (root.has("labels")) calibration.labels = read_labels(root);
   if (root.has("mask")) calibration.mask = path.parent_path() / root.file_name("mask");
-  calibration.has_extrinsics = root.has("mount");
+  if (!root.has("mount")) return calibration;
+  const YamlGroup mount{root.group("mount", {"camera_height_m", "camera_pitch_rad", "camera_roll_rad", "camera_x_m",
+                                             "camera_y_m", "camera_yaw_rad"})};
+  calibration.rig.camera_x_m = mount.number("camera_x_m", 0);
+  calibration.rig.camera_y_m = mount.number("camera_y_m", 0);
+  calibration.rig.camera_yaw_rad = mount.number("camera_yaw_rad", 0);
+  const bool has_place{mount.has("camera_x_m") || mount.has("camera_y_m") || mount.has("camera_yaw_rad")};
+  calibration.has_extrinsics = mount.has("camera_height_m") || !has_place;
   if (!calibration.has_extrinsics) return calibration;
-  const YamlGroup mount{root.group("mount", {"camera_height_m", "camera_pitch_rad", "camera_roll_rad"})};
   calibration.rig.camera_height_m = mount.number("camera_height_m");
   calibration.rig.camera_pitch_rad = mount.number("camera_pitch_rad", 0);
   calibration.rig.camera_roll_rad = mount.number("camera_roll_rad", 0);

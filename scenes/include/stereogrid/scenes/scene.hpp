@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -48,6 +49,9 @@ struct SceneOptions {
   int steps{0};              ///< steps that the rise is divided into
   double skew_deg{0};        ///< heading of the vehicle against the normal of an edge
   double speed_mps{-1};      ///< speed in "terrain" and "course"; negative: default of the scene
+  int cameras{1};            ///< 1 to 8, from the one ahead to the left
+  double turn_deg{0};        ///< from each camera to the next; 0: evenly around
+  double ring_m{0.5};        ///< distance of several cameras from the vehicle's origin, each in its direction
 };
 
 /// The built-in scenes, in alphabetical order.
@@ -59,7 +63,8 @@ struct SceneOptions {
 /// Reads "scene:street?frames=60&seed=3&width=1242&height=375", with or without "scene:". Keys: frames, seed, width,
 /// height, focal (px), baseline (m), camera_height (m), pitch_deg, roll_deg, rate (Hz), noise (grey levels), gain,
 /// camera, pitch_noise_deg, roll_noise_deg, height_noise (m); of uneven ground: kind, at or edge (m), rise or depth
-/// (m), incline_deg, slope_deg, span (m), steps, skew_deg, speed (m/s). Throws InputError, with the known scenes or
+/// (m), incline_deg, slope_deg, span (m), steps, skew_deg, speed (m/s); of several cameras: cameras, turn_deg, ring (m).
+/// Throws InputError, with the known scenes or
 /// keys and their ranges.
 [[nodiscard]] STEREOGRID_EXPORT SceneOptions parse_scene(std::string_view text);
 
@@ -72,15 +77,17 @@ class STEREOGRID_EXPORT Scene : public FrameSource {
   ~Scene() override;
 
   [[nodiscard]] const Rig& rig() const override;
+  [[nodiscard]] std::span<const Rig> rigs() const override;
   [[nodiscard]] std::size_t size() const override;
   [[nodiscard]] std::string name(std::size_t index) const override;
-  /// Renders both images. Throws InputError beyond the last frame.
+  /// Renders the images of all cameras. Throws InputError beyond the last frame.
   [[nodiscard]] StereoFrame load(std::size_t index) const override;
   /// The same instant, seen by a vehicle that is elsewhere than the scene's motion has it.
   [[nodiscard]] StereoFrame load(std::size_t index, const Pose2& world_from_vehicle) const;
 
   /// With every default filled in.
   [[nodiscard]] const SceneOptions& options() const;
+  /// Images of the first camera; cells as any camera sees them.
   [[nodiscard]] FrameTruth truth(std::size_t index) const;
   [[nodiscard]] TruthGrid truth_grid() const;
 

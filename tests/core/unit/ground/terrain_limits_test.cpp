@@ -114,15 +114,17 @@ struct FrameOf {
     const Image<float> none{vehicle.rig.width_px, vehicle.rig.height_px};
     const auto in_order = [](int count, const auto& work) { work(0, count); };
     const GridGeometry cells{window.at(pose)};
+    const GridInVehicle window_cells{grid_in_vehicle(cells, inverse(pose))};
     terrain.find(disparity.view(), none.view(), ground, ground,
-                 {cells, grid_in_vehicle(cells, inverse(pose)), pose, dt_s}, in_order, result);
+                 {cells, window_cells, pose, dt_s, grid_in_vehicle(vehicle.grid, {}), window_cells}, in_order, result);
   }
   /// Highest filtered occupancy at x in front of the vehicle, if the filter has only seen free cells.
   float filtered_at(double x, bool is_usable = true, const std::function<bool(Point2)>& claims_free = {}) {
     result.vehicle = grid_layers(vehicle.grid);
     result.world = grid_layers(window.at(pose));
     result.observed.fill(0);
-    terrain.bound_filtered(is_usable, claims_free, result);
+    const std::array<const FrameTerrain*, 1> seen{&terrain};
+    terrain.bound_filtered(std::span{seen}.first(is_usable ? 1 : 0), claims_free, result);
     float highest{0};
     for (const double near : {x - 0.2, x, x + 0.2}) {
       const Point2 world{pose * Point2{near, 0}};

@@ -3,6 +3,7 @@
 
 #include "backend/cpu.hpp"
 #include "backend/reference.hpp"
+#include "fusion/cameras.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/grid.hpp"
 #include "stereogrid/occupancy_values.hpp"
@@ -158,6 +159,26 @@ TEST(Fusion, ThePipelineHandsOnWhatAnotherSourceHasSeen) {
     EXPECT_LT(at(result.vehicle.occupancy, 5.1, -2.1), 0.55f);
     EXPECT_EQ(at(result.vehicle.age_s, 5.1, 2.1), 0);
   }
+}
+
+// Errors of several cameras are not independent: their mean log odds.
+TEST(Fusion, CamerasThatSeeACellAreNotCountedTwice) {
+  const auto fused = [](std::vector<float> seen) {
+    std::vector<Image<float>> images;
+    std::vector<View<const float>> cameras;
+    for (const float p : seen) images.emplace_back(1, 1, p);
+    for (const Image<float>& image : images) cameras.push_back(image.view());
+    Image<float> cells{1, 1};
+    fuse_camera_rows(cameras, 0, 1, cells.view());
+    return cells(0, 0);
+  };
+  EXPECT_EQ(fused({0.5f, 0.5f}), 0.5f);
+  EXPECT_EQ(fused({0.5f, 0.83f}), 0.83f) << "one camera";
+  EXPECT_NEAR(fused({0.8f, 0.8f}), 0.8, 1e-6);
+  EXPECT_NEAR(fused({0.8f, 0.2f, 0.5f}), 0.5, 1e-6);
+  EXPECT_NEAR(fused({0.9f, 0.5f + 1e-6f}), 0.75, 1e-4) << "odds 9 and 1: 3";
+  EXPECT_NEAR(fused({0.8f, 0.8f, 0.5f, 0.2f}), 0.6135, 1e-4) << "odds 4, 4 and 1/4: the third root of 4";
+  EXPECT_NEAR(fused({1.0f, 0.0f}), 0.5, 1e-6) << "certain cameras";
 }
 
 TEST(Fusion, ThePipelineRefusesGridsThatCannotBe) {

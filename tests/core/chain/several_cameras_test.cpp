@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Several stereo pairs on one vehicle: one grid, one filter, one list of obstacles.
+#include <cmath>
+#include <set>
+
+#include "chain_run.hpp"
+#include "stereogrid/error.hpp"
+
+namespace stereogrid::test {
+namespace {
+
+using scenes::Scene;
+
+constexpr const char* four_cameras{"around?cameras=4&width=256&height=160&focal=128&frames=8"};
+constexpr double wall_m{9};
+
+Config grid_around() {
+  Config config{preset("default")};
+  config.grid.length_m = config.grid.rear_m = 10;
+  return config;
+}
+
+/// Largest P(occupied) within 0.6 m of a place.
+float highest_near(const Image<float>& cells, const GridGeometry& grid, Point2 place) {
+  float highest{0};
+  for (int iy{0}; iy < grid.ny; ++iy) {
+    for (int ix{0}; ix < grid.nx; ++ix) {
+      const Point2 at{grid.centre(ix, iy)};
+      if (std::hypot(at.x - place.x, at.y - place.y) < 0.6) highest = std::max(highest, cells(ix, iy));
+    }
+  }
+  return highest;
+}
+
+/// Without the frame of a camera.
+StereoFrame without(StereoFrame frame, int camera) {
+  std::erase_if(frame.others, [camera](const StereoFrame& other) { return other.camera == camera; });
+  if (frame.camera != camera) return frame;
+  StereoFrame first{std::move(frame.others.front())};
+  first.others.assign(std::make_move_iterator(frame.others.begin() + 1), std::make_move_iterator(frame.others.end()));
+  return first;
+}
+
+void expect_equal(const FrameResult& a, const FrameResult& b) {
+  EXPECT_EQ(a.observed, b.observed);
+  EXPECT_EQ(a.vehicle.occupancy, b.vehicle.occupancy);
+  EXPECT_EQ(a.world_terrain, b.world_terrain);
+  EXPECT_EQ(a.obstacles.size(), b.obstacles.size());
+}
+
+TEST(SeveralCameras, FillOneGridAroundTheVehicle) {
+  const Scene scene{scenes::parse_scene(four_cameras), 2};
+  Pipeline pipeline{grid_around(), scene.rigs(), {.threads = 2}};
+  for (std::size_t i{0}; i < 4; ++i) pipeline.process(scene.load(i));
+  const FrameResult& result{pipeline.process(scene.load(4))};
+  EXPECT_TRUE(result.status.empty());
+  ASSERT_EQ(result.cameras.size(), 4u);
+  const GridGeometry& grid{result.vehicle.geometry};
+  EXPECT_EQ(grid.x_min_m, -10);
+  for (std::size_t camera{0}; camera < 4; ++camera) {
+    const Point2 wall{camera_place(scene.rigs()[camera]) * Point2{wall_m - 0.5, 0}};
+    const Point2 ground{camera_place(scene.rigs()[camera]) * Point2{2.5, 0.5}};
+    EXPECT_GT(highest_near(result.vehicle.occupancy, grid, wall), 0.9) << camera;
+    EXPECT_LT(result.vehicle.occupancy(grid.cell_at(ground)->ix, grid.cell_at(ground)->iy), 0.2) << camera;
+    EXPECT_GT(highest_near(result.cameras[camera].observed, grid, wall), 0.9) << camera;
+    EXPECT_EQ(highest_near(result.cameras[(camera + 2) % 4].observed, grid, wall), 0.5f) << camera;
+    EXPECT_TRUE(result.cameras[camera].ground.estimated);
+    EXPECT_FALSE((camera == 0 ? result : result.cameras[camera]).stages.obstacle_disparity.empty());
+  }
+}
+
+// Also a camera alone may stand anywhere.
+TEST(SeveralCameras, OneCameraMayLookBehind) {
+  const Scene scene{scenes::parse_scene("around?cameras=2&width=256&height=160&focal=128&frames=3"), 2};
+  Pipeline pipeline{grid_around(), scene.rigs()[1], {.threads = 2}};
+  for (std::size_t i{0}; i < 2; ++i) {
+    StereoFrame frame{without(scene.load(i), 0)};
+    frame.camera = 0;
+    const FrameResult& result{pipeline.process(frame)};
+    EXPECT_TRUE(result.cameras.empty());
+    EXPECT_GT(highest_near(result.observed, result.vehicle.geometry, {-wall_m, 0}), 0.9);
+    EXPECT_EQ(highest_near(result.observed, result.vehicle.geometry, {wall_m, 0}), 0.5f);
+  }
+}
+
+TEST(SeveralCameras, ACameraWithoutFrameObservesNothing) {
+  const Scene scene{scenes::parse_scene(four_cameras), 2};
+  for (const int missing : {0, 2}) {
+    Pipeline pipeline{grid_around(), scene.rigs(), {.threads = 2}};
+    for (std::size_t i{0}; i < 4; ++i) pipeline.process(scene.load(i));
+    const FrameResult& result{pipeline.process(without(scene.load(4), missing))};
+    const auto camera = static_cast<std::size_t>(missing);
+    EXPECT_FALSE(result.cameras[camera].has_images);
+    EXPECT_TRUE(result.cameras[camera].status.empty());
+    const Point2 wall{camera_place(scene.rigs()[camera]) * Point2{wall_m - 0.5, 0}};
+    EXPECT_EQ(highest_near(result.observed, result.vehicle.geometry, wall), 0.5f) << "observed by no camera";
+    EXPECT_GT(highest_near(result.vehicle.occupancy, result.vehicle.geometry, wall), 0.8) << "remembered";
+    const Point2 other{camera_place(scene.rigs()[1]) * Point2{wall_m - 0.5, 0}};
+    EXPECT_GT(highest_near(result.observed, result.vehicle.geometry, other), 0.9);
+    EXPECT_FALSE(pipeline.process(scene.load(5)).cameras[camera].observed.empty());
+    EXPECT_TRUE(pipeline.process(scene.load(6)).cameras[camera].has_images);
+  }
+}
+
+// The frames of a vehicle that drives 1 m between two cameras' exposures.
+TEST(SeveralCameras, MotionBetweenStampsIsCompensated) {
+  const Scene scene{scenes::parse_scene(four_cameras), 2};
+  Pipeline pipeline{grid_around(), scene.rigs(), {.threads = 2}};
+  StereoFrame frame{scene.load(0)};
+  StereoFrame late{scene.load(0, Pose2{1, 0, 0})};
+  frame.others[1] = std::move(late.others[1]);  // camera at the back
+  frame.others[1].stamp_ns += 50'000'000;
+  const FrameResult& result{pipeline.process(frame)};
+  EXPECT_NEAR(result.world_from_vehicle.x_m, 0, 1e-9) << "the world begins at the newest frame";
+  EXPECT_GT(highest_near(result.observed, result.vehicle.geometry, {wall_m - 1, 0.5}), 0.9) << "seen 1 m earlier";
+  EXPECT_GT(highest_near(result.observed, result.vehicle.geometry, {0, wall_m - 0.5}), 0.5) << "at the side";
+}
+
+TEST(SeveralCameras, OneRejectedCameraLeavesTheOthers) {
+  const Scene scene{scenes::parse_scene(four_cameras), 2};
+  Pipeline pipeline{grid_around(), scene.rigs(), {.threads = 2}};
+  StereoFrame frame{scene.load(0)};
+  frame.others[0].right.fill(3);
+  const FrameResult& result{pipeline.process(frame)};
+  EXPECT_TRUE(result.status.empty()) << "not a condition of all cameras";
+  EXPECT_EQ(result.cameras[1].status, std::vector<FrameStatus>{FrameStatus::few_matches});
+  ASSERT_FALSE(result.warnings.empty());
+  EXPECT_TRUE(result.warnings.front().text.starts_with("camera 1: ")) << result.warnings.front().text;
+  EXPECT_GT(highest_near(result.observed, result.vehicle.geometry, {wall_m - 0.5, 0}), 0.9);
+  EXPECT_EQ(highest_near(result.observed, result.vehicle.geometry, {0, wall_m - 0.5}), 0.5f);
+}
+
+TEST(SeveralCameras, ASavedStateContinues) {
+  const Scene scene{scenes::parse_scene(four_cameras), 2};
+  Pipeline first{grid_around(), scene.rigs(), {.threads = 2}};
+  for (std::size_t i{0}; i < 3; ++i) first.process(scene.load(i));
+  Pipeline second{grid_around(), scene.rigs(), {.threads = 2}};
+  second.load_state(first.save_state());
+  for (std::size_t i{3}; i < 5; ++i) expect_equal(second.process(scene.load(i)), first.process(scene.load(i)));
+  Pipeline fewer{grid_around(), scene.rigs().first(2), {.threads = 2}};
+  EXPECT_THROW(fewer.load_state(first.save_state()), InputError);
+  second.reset();
+  Pipeline fresh{grid_around(), scene.rigs(), {.threads = 2}};
+  expect_equal(second.process(scene.load(0)), fresh.process(scene.load(0)));
+}
+
+TEST(SeveralCameras, FramesMustBeOfTheirCameras) {
+  const Scene scene{scenes::parse_scene(four_cameras), 2};
+  Pipeline pipeline{grid_around(), scene.rigs().first(2), {.threads = 2}};
+  EXPECT_THROW(pipeline.process(scene.load(0)), InputError) << "four frames for two cameras";
+  Pipeline one{grid_around(), scene.rig(), {.threads = 2}};
+  EXPECT_TRUE(one.process(scene.load(0)).cameras.empty()) << "the others are ignored";
+  StereoFrame frame{without(without(scene.load(0), 3), 2)};
+  frame.others[0].camera = 2;
+  EXPECT_THROW(pipeline.process(frame), InputError) << "no such camera";
+  frame.others[0].camera = 0;
+  EXPECT_THROW(pipeline.process(frame), InputError) << "two of a camera";
+  frame.others[0].camera = 1;
+  EXPECT_NO_THROW(pipeline.process(frame));
+  EXPECT_THROW(pipeline.process(frame), InputError) << "the same stamps again";
+  EXPECT_THROW(Pipeline(grid_around(), std::span<const Rig>{}), ConfigError);
+}
+
+// Each camera finds its own extrinsics.
+TEST(SeveralCameras, ExtrinsicsAreFoundPerCamera) {
+  const Scene scene{scenes::parse_scene("around?cameras=2&width=256&height=160&focal=128&frames=8"), 2};
+  std::vector<Rig> assumed(scene.rigs().begin(), scene.rigs().end());
+  assumed[1].camera_height_m += 0.35;
+  Pipeline pipeline{grid_around(), assumed, {.threads = 2, .extrinsics_given = false}};
+  for (std::size_t i{0}; i < 6; ++i) pipeline.process(scene.load(i));
+  EXPECT_NEAR(pipeline.next_rig(0).camera_height_m, scene.rigs()[0].camera_height_m, 0.05);
+  EXPECT_NEAR(pipeline.next_rig(1).camera_height_m, scene.rigs()[1].camera_height_m, 0.05);
+  EXPECT_EQ(pipeline.next_rig(1).camera_yaw_rad, assumed[1].camera_yaw_rad);
+}
+
+}  // namespace
+}  // namespace stereogrid::test
