@@ -154,6 +154,7 @@ void Graph::capture(Cuda& cuda, const std::function<void()>& work) {
   const cudaError_t status{cudaGraphInstantiate(&executable_, graph, 0)};
   cudaGraphDestroy(graph);
   check_cuda(status, "prepare a graph");
+  check_cuda(cudaGraphUpload(executable_, cuda.stream()), "prepare a graph");  // else the first launch does
 }
 
 void Graph::launch(Cuda& cuda) {
