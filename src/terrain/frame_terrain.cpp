@@ -20,7 +20,7 @@ TerrainLimits limits_of(const Config& config) {
           static_cast<float>(config.u_disparity.obstacle_min_height_m), tangent(vehicle.drop_slope_deg)};
 }
 
-CellRule rule_of(TerrainClass kind, bool is_raised) {
+CellRule rule_of(TerrainClass kind) {
   switch (kind) {
     case TerrainClass::obstacle:
       return CellRule::obstacle;
@@ -29,7 +29,7 @@ CellRule rule_of(TerrainClass kind, bool is_raised) {
     case TerrainClass::hidden:
       return CellRule::not_free;
     case TerrainClass::drivable:
-      return is_raised ? CellRule::free : CellRule::as_observed;
+      return CellRule::as_observed;
     case TerrainClass::unknown:
       break;
   }
@@ -51,10 +51,6 @@ bool are_unseen(const FrameResult& result, int iy, int begin, int end) {
     seen |= static_cast<int>(std::min(observed[i], filtered[i]) < 0.5f) |
             static_cast<int>(age_s[i] <= std::numeric_limits<float>::max());
   return seen == 0;
-}
-
-bool is_ground(CellRule rule) {
-  return rule == CellRule::as_observed || rule == CellRule::free;
 }
 
 /// Rows of a ditch's far wall that are needed to find it (5).
@@ -125,7 +121,6 @@ FrameTerrain::FrameTerrain(const Rig& level_rig, const Config& config, const Gri
                            int window_cells)
     : vehicle_grid_{vehicle_grid},
       vehicle_{config.vehicle},
-      raised_m_{static_cast<float>(config.u_disparity.obstacle_min_height_m / 2)},
       terrain_{
           level_rig,
           limits_of(config),
@@ -137,9 +132,7 @@ FrameTerrain::FrameTerrain(const Rig& level_rig, const Config& config, const Gri
       witness_{config.vehicle.ground_memory_s, window_cells},
       elevation_{config.grid.cell_size_m, window_cells},
       vehicle_rules_{vehicle_grid.nx, vehicle_grid.ny},
-      window_rules_{window_cells, window_cells},
-      held_{window_cells, window_cells},
-      moved_{window_cells, window_cells} {
+      window_rules_{window_cells, window_cells} {
   edges_.reserve(static_cast<std::size_t>(level_rig.width_px / sector_px + 1));
 }
 
@@ -151,7 +144,7 @@ void FrameTerrain::write_vehicle(const GridInVehicle& grid, int begin, int end, 
     result.elevation_m(ix, iy) = ground.elevation_m;
     result.elevation_sigma_m(ix, iy) = ground.sigma_m;
     result.terrain(ix, iy) = ground.kind;
-    vehicle_rules_(ix, iy) = rule_of(ground.kind, ground.raised_m > raised_m_);
+    vehicle_rules_(ix, iy) = rule_of(ground.kind);
   });
 }
 
@@ -172,7 +165,7 @@ void FrameTerrain::write_window(const GridInVehicle& grid, int begin, int end) {
   for (int iy{begin}; iy < end; ++iy) elevation_.begin_row(iy);
   terrain_.visit(grid, begin, end, [&](int ix, int iy, float x_m, const Terrain::RingPart& part) {
     const CellGround ground{terrain_.ground_at(x_m, part)};
-    window_rules_(ix, iy) = rule_of(ground.kind, ground.raised_m > raised_m_);
+    window_rules_(ix, iy) = rule_of(ground.kind);
     elevation_.see(ix, iy, ground.elevation_m, ground.sigma_m);
   });
 }
@@ -186,27 +179,12 @@ CellPlaces FrameTerrain::vehicle_in_window() const {
 void FrameTerrain::move(const TerrainPlace& place) {
   place_ = place;
   GridGeometry before{place.window};
-  before.x_min_m = std::exchange(held_x_m_, place.window.x_min_m);
-  before.y_min_m = std::exchange(held_y_m_, place.window.y_min_m);
+  before.x_min_m = std::exchange(window_x_m_, place.window.x_min_m);
+  before.y_min_m = std::exchange(window_y_m_, place.window.y_min_m);
   const Scroll scroll{scroll_between(before, place.window)};
-  scroll_cells(scroll, held_, moved_);
   low_obstacles_.move(scroll);
   witness_.move(scroll, place.dt_s);
   elevation_.move(scroll);
-}
-
-// Cells without ground keep their hazard. Hidden cells are none: some of them are seen to be ground from nearer by.
-// They are raised here, hazards with the held ones.
-void FrameTerrain::hold(Image<float>& occupancy) {
-  for (int iy{0}; iy < held_.height(); ++iy) {
-    CellRule* const row{held_.row(iy)};
-    for_cells(window_rules_.row(iy), held_.width(), [&](int begin, int end, CellRule rule) {
-      if (rule == CellRule::ground_not_seen) return;
-      const bool is_hazard{rule == CellRule::edge || rule == CellRule::obstacle};
-      std::fill(row + begin, row + end, is_hazard ? rule : CellRule::as_observed);
-      if (!is_hazard) raise(occupancy.row(iy), begin, end, least_filtered(rule));
-    });
-  }
 }
 
 // Rules of the last find().
@@ -241,15 +219,14 @@ void FrameTerrain::bound_filtered(std::span<const FrameTerrain* const> seen,
   const bool is_usable{!seen.empty()};
   if (is_usable) {
     merge(seen);
-    hold(result.world.occupancy);
     for (const FrameTerrain* const one : seen) low_obstacles_.remember(one->low_obstacles_);
     bound(vehicle_rules_, result.vehicle.occupancy);
     drop_witnesses();
   }
-  bound_held(result);
+  bound_remembered(result);
   bound_vehicle(is_usable, claims_free, result);
   if (is_usable) see_ground(seen);
-  if (claims_free) see_claims(claims_free);
+  if (claims_free) see_claims(is_usable, claims_free);
   for (int iy{0}; iy < window_rules_.height(); ++iy) witness_.bound(iy, result.world.occupancy.row(iy));
   remember_elevation(is_usable, result);
   limit_speed(std::ranges::find(seen, this) != seen.end(), result);
@@ -276,11 +253,13 @@ void FrameTerrain::limit_speed(bool is_usable, FrameResult& result) const {
   result.speed_limit_reason = range.reason;
 }
 
-// Drops those of the cells with obstacles, edges and hidden ground.
+// Cells without ground keep their edge. Hidden cells do not: some of them are seen to be ground from nearer by.
 void FrameTerrain::drop_witnesses() {
   for (int iy{0}; iy < window_rules_.height(); ++iy) {
     for_cells(window_rules_.row(iy), window_rules_.width(), [&](int begin, int end, CellRule rule) {
-      if (rule != CellRule::ground_not_seen && !is_ground(rule)) witness_.drop(iy, begin, end);
+      if (rule == CellRule::ground_not_seen) return;
+      if (rule == CellRule::as_observed) return witness_.drop_edges(iy, begin, end);
+      rule == CellRule::edge ? witness_.see_edge(iy, begin, end) : witness_.drop(iy, begin, end);
     });
   }
 }
@@ -289,42 +268,44 @@ void FrameTerrain::drop_witnesses() {
 void FrameTerrain::see_ground(std::span<const FrameTerrain* const> seen) {
   for (int iy{0}; iy < window_rules_.height(); ++iy) {
     for_cells(window_rules_.row(iy), window_rules_.width(), [&](int begin, int end, CellRule rule) {
-      if (is_ground(rule)) witness_.see(iy, begin, end);
+      if (rule == CellRule::as_observed) witness_.see(iy, begin, end);
     });
   }
-  for (const FrameTerrain* const one : seen)
-    one->low_obstacles_.for_high([&](int x, int y) { witness_.drop(y, x, x + 1); });
+  for (const FrameTerrain* const one : seen) {
+    one->low_obstacles_.for_high([&](int x, int y) {
+      if (!witness_.is_edge(x, y)) witness_.drop(y, x, x + 1);
+    });
+  }
 }
 
 // Cells below ½ have a witness.
 void FrameTerrain::remember_elevation(bool is_usable, FrameResult& result) {
   if (is_usable) elevation_.add();
   elevation_.write(result.world_elevation_m, result.world_elevation_sigma_m);
-  for (int iy{0}; iy < held_.height(); ++iy) {
+  for (int iy{0}; iy < window_rules_.height(); ++iy) {
+    const float* const occupancy{result.world.occupancy.row(iy)};
     TerrainClass* const classes{result.world_terrain.row(iy)};
-    std::transform(result.world.occupancy.row(iy), result.world.occupancy.row(iy) + held_.width(), classes,
-                   [](float p) {
-                     return p >= ruled_obstacle ? TerrainClass::obstacle
-                            : p < 0.5f          ? TerrainClass::drivable
-                                                : TerrainClass::unknown;
-                   });
-    for_cells(held_.row(iy), held_.width(), [&](int begin, int end, CellRule rule) {
-      if (rule == CellRule::as_observed) return;
-      std::fill(classes + begin, classes + end, rule == CellRule::edge ? TerrainClass::drop : TerrainClass::obstacle);
+    std::transform(occupancy, occupancy + window_rules_.width(), classes, [](float p) {
+      return p >= ruled_obstacle ? TerrainClass::obstacle : p < 0.5f ? TerrainClass::drivable : TerrainClass::unknown;
     });
   }
+  witness_.for_edges([&](int ix, int iy) { result.world_terrain(ix, iy) = TerrainClass::drop; });
 }
 
-void FrameTerrain::see_claims(const std::function<bool(Point2)>& claims_free) {
+// Edges, obstacles and hidden ground are no claim's.
+void FrameTerrain::see_claims(bool is_usable, const std::function<bool(Point2)>& claims_free) {
   for (int iy{0}; iy < window_rules_.height(); ++iy) {
-    for (int ix{0}; ix < window_rules_.width(); ++ix)
+    for (int ix{0}; ix < window_rules_.width(); ++ix) {
+      const CellRule rule{is_usable ? window_rules_(ix, iy) : CellRule::ground_not_seen};
+      if (witness_.is_edge(ix, iy) || (rule != CellRule::ground_not_seen && rule != CellRule::as_observed)) continue;
       if (claims_free(place_.window_cells.centre(ix, iy))) witness_.see(iy, ix, ix + 1);
+    }
   }
 }
 
 // Memory is that of earlier frames.
 CellWitness FrameTerrain::witness_of(CellRule rule, CellIndex window_cell) const {
-  if (is_ground(rule)) return CellWitness::of(Witness::ground);
+  if (rule == CellRule::as_observed) return CellWitness::of(Witness::ground);
   if (rule != CellRule::ground_not_seen || !witness_.has(window_cell.ix, window_cell.iy)) return {};
   return CellWitness::of(Witness::memory, witness_.age_s(window_cell.ix, window_cell.iy));
 }
@@ -349,7 +330,8 @@ void FrameTerrain::bound_vehicle(bool is_usable, const std::function<bool(Point2
     CellWitness* const witnesses{result.witness.row(iy)};
     for_cells(vehicle_rules_.row(iy), vehicle_grid_.nx, [&](int begin, int end, CellRule rule) {
       if (!is_usable) rule = CellRule::ground_not_seen;
-      if (is_ground(rule)) return std::fill(witnesses + begin, witnesses + end, CellWitness::of(Witness::ground));
+      if (rule == CellRule::as_observed)
+        return std::fill(witnesses + begin, witnesses + end, CellWitness::of(Witness::ground));
       if (!claims_free && are_unseen(result, iy, begin, end))
         return std::fill(witnesses + begin, witnesses + end, CellWitness{});
       for (int ix{begin}; ix < end; ++ix) bound_cell(ix, iy, rule);
@@ -357,9 +339,9 @@ void FrameTerrain::bound_vehicle(bool is_usable, const std::function<bool(Point2
   }
 }
 
-// Hazards are few: each one raises its cell and the cells of the vehicle's grid whose centres lie in it. Cells that no
-// frame has observed stay unknown.
-void FrameTerrain::bound_held(FrameResult& result) const {
+// Edges and low obstacles are few: each one raises its cell and the cells of the vehicle's grid whose centres lie in
+// it. Cells that no frame has observed stay unknown.
+void FrameTerrain::bound_remembered(FrameResult& result) const {
   const CellsWithin cells{vehicle_grid_, place_.window_cells};
   const auto raise_in = [](GridLayers& grid, int x, int y, float least) {
     if (std::isinf(grid.age_s(x, y))) return;
@@ -369,12 +351,7 @@ void FrameTerrain::bound_held(FrameResult& result) const {
     raise_in(result.world, x, y, least);
     cells.for_cells(x, y, [&](int ix, int iy) { raise_in(result.vehicle, ix, iy, least); });
   };
-  for (int y{0}; y < held_.height(); ++y) {
-    for_cells(held_.row(y), held_.width(), [&](int begin, int end, CellRule rule) {
-      if (rule == CellRule::as_observed) return;
-      for (int x{begin}; x < end; ++x) raise(x, y, least_filtered(rule));
-    });
-  }
+  witness_.for_edges([&](int x, int y) { raise(x, y, ruled_edge); });
   low_obstacles_.for_obstacles([&](int x, int y) { raise(x, y, ruled_obstacle); });
 }
 

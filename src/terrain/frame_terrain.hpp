@@ -53,7 +53,7 @@ class FrameTerrain {
   /// Edges of the last find(), from left to right.
   [[nodiscard]] std::span<const EdgePoint> edges() const { return edges_; }
   /// Raises the filtered occupancy where the last find() has seen edges, obstacles, or nothing behind an edge, and
-  /// where a frame before has seen an edge or obstacle and none since ground, or several have seen a low obstacle.
+  /// where a frame before has seen an edge and none since ground, or several have seen a low obstacle.
   /// `seen`: terrains whose last find() counts, of this camera and others; empty: none.
   /// Cells below ½ without a witness become unknown. Sets the elevations and classes over time. `claims_free`: whether
   /// another source has seen a place of the vehicle frame as free; empty: there is none.
@@ -61,7 +61,6 @@ class FrameTerrain {
                       FrameResult& result);
   /// Clears the hazards of frames before.
   void reset() {
-    held_.fill(CellRule::as_observed);
     low_obstacles_.reset();
     witness_.reset();
     elevation_.reset();
@@ -72,11 +71,10 @@ class FrameTerrain {
   [[nodiscard]] TerrainRules rules() const { return {terrain_.relief(), vehicle_rules_.view(), window_rules_.view()}; }
   template <class State>
   void exchange(State& state) {
-    state(held_, held_x_m_, held_y_m_, low_obstacles_, witness_, elevation_);
+    state(window_x_m_, window_y_m_, low_obstacles_, witness_, elevation_);
   }
   [[nodiscard]] std::size_t memory_bytes() const {
-    return memory_bytes_of(terrain_, low_obstacles_, witness_, elevation_, edges_, vehicle_rules_, window_rules_, held_,
-                           moved_);
+    return memory_bytes_of(terrain_, low_obstacles_, witness_, elevation_, edges_, vehicle_rules_, window_rules_);
   }
 
  private:
@@ -86,20 +84,18 @@ class FrameTerrain {
   void move(const TerrainPlace& place);
   void clear_find();
   void merge(std::span<const FrameTerrain* const> seen);
-  void hold(Image<float>& occupancy);
-  void bound_held(FrameResult& result) const;
+  void bound_remembered(FrameResult& result) const;
   void limit_speed(bool is_usable, FrameResult& result) const;
   void drop_witnesses();
   void see_ground(std::span<const FrameTerrain* const> seen);
   void remember_elevation(bool is_usable, FrameResult& result);
-  void see_claims(const std::function<bool(Point2)>& claims_free);
+  void see_claims(bool is_usable, const std::function<bool(Point2)>& claims_free);
   [[nodiscard]] CellWitness witness_of(CellRule rule, CellIndex window_cell) const;
   void bound_vehicle(bool is_usable, const std::function<bool(Point2)>& claims_free, FrameResult& result) const;
   [[nodiscard]] CellPlaces vehicle_in_window() const;
 
   GridGeometry vehicle_grid_;
   VehicleConfig vehicle_;
-  float raised_m_;  ///< drivable ground higher than this looks like an obstacle to the plane
   Terrain terrain_;
   LowObstacles low_obstacles_;
   GroundWitness witness_;
@@ -108,10 +104,8 @@ class FrameTerrain {
   std::vector<EdgePoint> edges_;
   Image<CellRule> vehicle_rules_;
   Image<CellRule> window_rules_;
-  Image<CellRule> held_;   ///< hazards of the window's cells; as_observed: none
-  Image<CellRule> moved_;  ///< working memory
-  double held_x_m_{0};     ///< origin of that window
-  double held_y_m_{0};
+  double window_x_m_{0};  ///< origin of the window
+  double window_y_m_{0};
 };
 
 }  // namespace stereogrid

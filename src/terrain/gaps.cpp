@@ -9,7 +9,6 @@ namespace {
 
 constexpr int landing_rows{6};
 constexpr int landing_samples_min{6};
-constexpr float jump_min_px{0.9f};
 
 /// Line d = at_gap + per_row·(row − gap's row − ½) through the samples behind a gap.
 struct Landing {
@@ -55,7 +54,6 @@ Gap classify_gap(const TerrainCamera& camera, const TerrainLimits& limits, const
   gap.mark_x = h / rows[1].tangent(static_cast<float>(front.row) + 0.5f + front.window_rows / 2);
   const Landing landing{landing_of(rows, front.row, static_cast<int>(front.window_rows / 2) + 1)};
   if (!landing.is_found) return gap;
-  const float jump_px{camera.focal_baseline_pxm / gap.edge_x - landing.at_gap};
   gap.landing_x = camera.range(std::max(landing.at_gap, 0.1f));
   gap.landing_z = camera.height_m - t * gap.landing_x;
   const float drop_m{front.z - gap.landing_z};
@@ -63,11 +61,6 @@ Gap classify_gap(const TerrainCamera& camera, const TerrainLimits& limits, const
   const float landing_h{camera.height_m - gap.landing_z};
   const bool is_upright{landing.per_row < 0.35f * camera.level_growth(landing_h)};
 
-  const bool grows{landing.per_row > 0.6f * camera.level_growth(h)};
-  if (grows && jump_px < std::max(4 * front.sigma_px, jump_min_px) && std::abs(gap.slope) < limits.slope) {
-    gap.kind = GapKind::descent;
-    return gap;
-  }
   const float sigma_z{camera.elevation_sigma(landing_h, gap.landing_x, front.sigma_px)};
   const float smear_m{front.window_rows / 2 * camera.tangent_per_v * gap.landing_x};
   const bool is_far_wall{is_upright && drop_m > std::max(0.3f * limits.step_m, smear_m) &&

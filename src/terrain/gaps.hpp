@@ -13,7 +13,6 @@ namespace stereogrid {
 enum class GapKind : std::uint8_t {
   none,     ///< not lower: an obstacle's foot, or noise
   unknown,  ///< lower ground, too far to distinguish a drop from a slope
-  descent,  ///< the same surface, sloping down
   bridge,   ///< a step that the vehicle can drive down
   drop,     ///< proved or assumed by drop_slope
 };
@@ -25,7 +24,7 @@ struct Gap {
   float mark_x{0};     ///< the edge without the matcher's smear
   float landing_x{0};  ///< first visible point behind, m
   float landing_z{0};
-  float slope{0};  ///< slope of the descent, tangent
+  float slope{0};  ///< slope of the surface behind, tangent
 };
 
 struct GapFront {

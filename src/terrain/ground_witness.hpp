@@ -11,8 +11,8 @@
 
 namespace stereogrid {
 
-/// When the cells of the filter's window have last been seen as ground. Obstacles, drops and hidden ground end that
-/// (docs/terrain.md, "Free has a witness").
+/// When the cells of the filter's window have last been seen as ground, and where an edge has been seen since.
+/// Obstacles and hidden ground end both (docs/terrain.md, "Free has a witness").
 class GroundWitness {
  public:
   /// Ground is a witness for `memory_s` seconds.
@@ -26,20 +26,35 @@ class GroundWitness {
     scroll_cells(scroll, left_s_, moved_);
     const auto passed_s{static_cast<float>(dt_s)};
     float* const left_s{left_s_.data()};
-    for (std::size_t i{0}; i < left_s_.size(); ++i) left_s[i] = std::max(left_s[i] - passed_s, 0.0f);
+    for (std::size_t i{0}; i < left_s_.size(); ++i)
+      left_s[i] = std::max(left_s[i] - passed_s, std::min(left_s[i], 0.0f));
   }
   /// Cells [begin, end) of a row.
   void see(int iy, int begin, int end) { std::fill(left_s_.row(iy) + begin, left_s_.row(iy) + end, memory_s_); }
   void drop(int iy, int begin, int end) { std::fill(left_s_.row(iy) + begin, left_s_.row(iy) + end, 0.0f); }
+  void drop_edges(int iy, int begin, int end) {
+    float* const row{left_s_.row(iy)};
+    std::transform(row + begin, row + end, row + begin, [](float left_s) { return std::max(left_s, 0.0f); });
+  }
+  void see_edge(int iy, int begin, int end) { std::fill(left_s_.row(iy) + begin, left_s_.row(iy) + end, edge); }
   void reset() { left_s_.fill(0); }
   /// Cells outside the window have never been seen.
   [[nodiscard]] bool has(int ix, int iy) const {
     return ix >= 0 && iy >= 0 && ix < left_s_.width() && iy < left_s_.height() && left_s_(ix, iy) > 0;
   }
+  [[nodiscard]] bool is_edge(int ix, int iy) const { return left_s_(ix, iy) < 0; }
   /// Raises the cells of a row without a witness to ½.
   void bound(int iy, float* occupancy) const {
     const float* const left_s{left_s_.row(iy)};
     for (int i{0}; i < left_s_.width(); ++i) occupancy[i] = left_s[i] > 0 ? occupancy[i] : std::max(occupancy[i], 0.5f);
+  }
+  /// Calls work(ix, iy) for the cells with an edge.
+  template <class Work>
+  void for_edges(const Work& work) const {
+    for (int iy{0}; iy < left_s_.height(); ++iy) {
+      for (int ix{0}; ix < left_s_.width(); ++ix)
+        if (is_edge(ix, iy)) work(ix, iy);
+    }
   }
   /// Seconds since the cell was seen; infinite: none that count.
   [[nodiscard]] float age_s(int ix, int iy) const {
@@ -53,8 +68,10 @@ class GroundWitness {
   [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(left_s_, moved_); }
 
  private:
+  static constexpr float edge{-1};
+
   float memory_s_;
-  Image<float> left_s_;  ///< seconds that the witness still counts; 0: none
+  Image<float> left_s_;  ///< seconds that the witness still counts; 0: none; `edge`: an edge
   Image<float> moved_;   ///< working memory
 };
 

@@ -70,10 +70,9 @@ TerrainRelief::TerrainRelief(int sectors, int rings, int disparities, int height
       rows_{disparities * relief_bins_per_px, sectors} {}
 
 void TerrainRelief::begin(const TerrainCamera& camera, const TerrainLimits& limits, const Rings& rings,
-                          const float* sigma_px, int checked_rings, const FirstGround& prior) {
+                          const float* sigma_px, const FirstGround& prior) {
   limits_ = limits;
   prior_ = prior;
-  checked_rings_ = checked_rings;
   for (int ring{0}; ring < rings.count(); ++ring) {
     const float sigma_m{camera.elevation_sigma(camera.height_m, rings.middle_m(ring), sigma_px[ring])};
     noise_m_(ring, 0) = std::max(std::min(noise_min_m, limits.step_m / 2), noise_sigmas * sigma_m);

@@ -20,7 +20,7 @@ class TerrainRelief {
 
   /// Sets the data of all sectors, before the functions below. `sigma_px`: noise of disparities by ring.
   void begin(const TerrainCamera& camera, const TerrainLimits& limits, const Rings& rings, const float* sigma_px,
-             int checked_rings, const FirstGround& prior);
+             const FirstGround& prior);
   /// Elevations of one sector's rings.
   void profile(int sector, const TerrainCamera& camera, const Rings& rings, const float* sigma_px,
                const PolarCell* cells);
@@ -28,10 +28,6 @@ class TerrainRelief {
   void count_level(int rings);
   void fill(int sector, const TerrainCamera& camera, const Rings& rings, const PolarCell* cells);
 
-  /// Elevation of wide ground, m; NaN: none, or too noisy to distinguish from an obstacle's foot.
-  [[nodiscard]] float wide_elevation(int sector, int ring) const {
-    return ring < checked_rings_ ? ground_m_(ring, sector) : std::numeric_limits<float>::quiet_NaN();
-  }
   [[nodiscard]] Relief<Host> view() const { return {rows_.view()}; }
   [[nodiscard]] std::size_t memory_bytes() const {
     return memory_bytes_of(elevation_m_, ground_before_, level_before_, ground_m_, noise_m_, border_m_, bins_, rows_);
@@ -56,7 +52,6 @@ class TerrainRelief {
   TerrainLimits limits_{};
   FirstGround prior_;
   int height_px_;
-  int checked_rings_{0};
   Image<float> elevation_m_;           // (ring, sector); NaN: no firm ground
   Image<std::int16_t> ground_before_;  // (sector, ring): sectors before it with firm ground
   Image<std::int16_t> level_before_;   // (sector, ring): sectors before it with elevations within the noise

@@ -26,6 +26,13 @@ float RingView::predicted_rows(float z, float slope) const {
   return ((h + half_m) / begin_m - (h - half_m) / end_m) / in->camera.tangent_per_v;
 }
 
+// The foot of an object: the disparity grows by less than half of B/(h + S·x) per row (2).
+bool RingView::is_upright(int v) const {
+  const TerrainCamera& camera{in->camera};
+  const float steepest{rows.x[v] * (rows.tangent(static_cast<float>(v)) + in->limits.slope)};
+  return rows.growth(v) * steepest < 0.5f * camera.focal_baseline_pxm * camera.tangent_per_v;
+}
+
 RingSamples RingView::gather(float z, float slope, float tolerance) const {
   RingSamples found;
   const float step{in->limits.step_m};
@@ -34,21 +41,14 @@ RingSamples RingView::gather(float z, float slope, float tolerance) const {
   for (int v{rows.first[ring]}; v != no_row; v = rows.next[v]) {
     const float on_surface{rows.z[v] - slope * (rows.x[v] - x)};
     const float over{on_surface - z};
-    const bool is_upright{rows.upright[v] != 0};
-    if (std::abs(over) < tolerance && !(is_upright && over > 0.3f * step)) {
+    if (std::abs(over) < tolerance && !(over > 0.3f * step && is_upright(v))) {
       ++found.ground;
       found.ground_z += on_surface;
     }
-    if (over > in->limits.height_m) continue;
-    if (over > lowest_above) {
-      ++found.above;
-      found.is_standing = found.is_standing || over < lowest_above + step;
-      found.top = std::max(found.top, rows.z[v]);
-    }
-    if (!is_upright) continue;
-    ++found.face;
-    found.face_top = std::max(found.face_top, over);
-    found.face_bottom = std::min(found.face_bottom, over);
+    if (over <= lowest_above || over > in->limits.height_m) continue;
+    ++found.above;
+    found.is_standing = found.is_standing || over < lowest_above + step;
+    found.top = std::max(found.top, rows.z[v]);
   }
   return found;
 }
@@ -58,18 +58,15 @@ bool RingView::has_ground(const RingSamples& samples, float z, float slope) cons
 }
 
 // An obstacle has 30 % of the rows of a level top or of a face of two thirds of a step, whichever has fewer.
-bool RingView::has_obstacle(const RingSamples& samples, float z, float slope) const {
+bool RingView::has_obstacle(const RingSamples& samples, float z) const {
   const float step{in->limits.step_m};
   const float face_rows{step * 2 / 3 / (x * in->camera.tangent_per_v)};
   const float top_rows{(in->camera.height_m - z - step) * (end_m - begin_m) / (x * x * in->camera.tangent_per_v)};
   const float fewest{std::max(2.0f, 0.3f * std::min(face_rows, std::max(top_rows, 0.0f)))};
-  if (static_cast<float>(samples.above) >= fewest) return true;
-  const float noise{sigma(z, slope)};
-  return samples.face >= 4 && samples.face_top > std::max(0.85f * step, 2 * noise) &&
-         samples.face_top - samples.face_bottom > std::max(0.75f * step, 2 * noise);
+  return static_cast<float>(samples.above) >= fewest;
 }
 
-int RingView::row_through(float z_near, float z_far, float highest_z) const {
+int RingView::row_through(float z_near, float z_far) const {
   const float height{in->camera.height_m};
   const auto row_at = [&](float z, float at_x) {
     return ((height - z) / at_x - rows.tangent_at_row_0) / rows.tangent_per_v;
@@ -83,7 +80,7 @@ int RingView::row_through(float z_near, float z_far, float highest_z) const {
   for (int v{lowest}; v >= highest; --v) {
     if (!(rows.disparity[v] > 0)) continue;
     ++valid;
-    if (rows.x[v] < behind_m || rows.z[v] > highest_z) continue;
+    if (rows.x[v] < behind_m || rows.z[v] > std::min(z_near, z_far)) continue;
     ++through;
     if (first == no_row) first = v;
   }

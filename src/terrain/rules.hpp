@@ -16,10 +16,9 @@
 namespace stereogrid {
 
 /// Effect of the terrain on a cell's observed occupancy.
-enum class CellRule : std::uint8_t { as_observed, ground_not_seen, not_free, free, obstacle, edge };
+enum class CellRule : std::uint8_t { as_observed, ground_not_seen, not_free, obstacle, edge };
 
-/// P(occupied) of drivable ground where the plane sees an obstacle; least P of obstacles and edges (docs/terrain.md).
-constexpr float ruled_free{0.2f};
+/// Least P(occupied) of obstacles and edges (docs/terrain.md).
 constexpr float ruled_obstacle{0.7f};
 constexpr float ruled_edge{0.7f};
 /// P(occupied) from which on rays alone do not make a cell without ground free.
@@ -29,14 +28,13 @@ STEREOGRID_HD inline float ruled(float occupancy, CellRule rule) {
   const float not_free{Max(occupancy, 0.5f)};
   if (rule == CellRule::ground_not_seen) return occupancy > uncertain_free ? not_free : occupancy;
   if (rule == CellRule::not_free) return not_free;
-  if (rule == CellRule::free) return Min(occupancy, ruled_free);
   if (rule == CellRule::obstacle) return Max(occupancy, ruled_obstacle);
   return rule == CellRule::edge ? Max(occupancy, ruled_edge) : occupancy;
 }
 
 /// Rule of a cell that two cameras see: hazards count, and ground that one of them sees.
 inline CellRule combined(CellRule one, CellRule other) {
-  constexpr std::array<int, 6> ranks{3, 0, 1, 2, 4, 5};  // by CellRule
+  constexpr std::array<int, 5> ranks{2, 0, 1, 3, 4};  // by CellRule
   const auto rank = [&](CellRule rule) { return ranks[static_cast<std::size_t>(rule)]; };
   return rank(one) < rank(other) ? other : one;
 }

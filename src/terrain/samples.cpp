@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 
 #include "geometry/relief.hpp"
 #include "terrain/medians.hpp"
@@ -31,9 +32,6 @@ void find_medians(View<const float> obstacle, View<const float> road, int column
 namespace stereogrid {
 namespace {
 
-/// Rows that are computed together, in vectors.
-constexpr int tile_rows{32};
-
 /// Rows that are read together.
 constexpr int read_rows{16};
 
@@ -45,59 +43,32 @@ constexpr float spread_samples_min{8};
 constexpr float noise_growth_max{1.5f};  ///< over the median of four nearer rings: jumps of the surface are no noise
 constexpr float noise_max_px{1};
 
-/// Sums for lines d = a + g·row through the nine rows around each row of a tile.
-struct LineSums {
-  using Sums = std::array<float, tile_rows>;
-  using Rows = std::array<float, tile_rows + 2 * line_rows>;
-
-  // Rows are counted from the middle of the tile, which keeps numbers small.
-  explicit LineSums(const float* disparity) {
-    Rows is_there;
-    Rows at;
-    Rows square;
-    Rows value;
-    Rows product;
-    for (std::size_t k{0}; k < is_there.size(); ++k) is_there[k] = static_cast<float>(disparity[k] > 0);
-    for (std::size_t k{0}; k < is_there.size(); ++k) {
-      const float row{static_cast<float>(static_cast<int>(k) - tile_rows / 2)};
-      at[k] = is_there[k] * row;
-      square[k] = at[k] * row;
-      value[k] = disparity[k];
-      product[k] = disparity[k] * row;
-    }
-    n = around(is_there);
-    r = around(at);
-    rr = around(square);
-    d = around(value);
-    dr = around(product);
-  }
-
-  Sums n;
-  Sums r;
-  Sums rr;
-  Sums d;
-  Sums dr;
-
- private:
-  // In sums of three, in loops that g++ turns into vectors.
-  static Sums around(const Rows& of) {
-    static_assert(line_rows == 4);
-    std::array<float, tile_rows + 6> threes;
-    for (std::size_t k{0}; k < threes.size(); ++k) threes[k] = of[k] + of[k + 1] + of[k + 2];
-    Sums sums;
-    for (std::size_t k{0}; k < sums.size(); ++k) sums[k] = threes[k] + threes[k + 3] + threes[k + 6];
-    return sums;
-  }
-};
-
 }  // namespace
+
+float SectorRows::growth(int v) const {
+  float n{0};
+  float r{0};
+  float rr{0};
+  float d{0};
+  float dr{0};
+  for (int k{-line_rows}; k <= line_rows; ++k) {
+    const float there{disparity[v + k]};
+    if (!(there > 0)) continue;
+    const auto row = static_cast<float>(k);
+    n += 1;
+    r += row;
+    rr += row * row;
+    d += there;
+    dr += there * row;
+  }
+  return n <= line_rows ? std::numeric_limits<float>::quiet_NaN() : (n * dr - r * d) / (n * rr - r * r);
+}
 
 TerrainSamples::TerrainSamples(int width_px, int height_px, int rings)
     : height_px_{height_px},
-      disparity_{height_px + 2 * line_rows + tile_rows, std::max(1, width_px / sector_px)},
+      disparity_{height_px + 2 * line_rows, std::max(1, width_px / sector_px)},
       x_{height_px, disparity_.height()},
       z_{height_px, disparity_.height()},
-      upright_{height_px, disparity_.height()},
       next_{height_px, disparity_.height()},
       first_{rings, disparity_.height()},
       spread_{rings, disparity_.height()},
@@ -137,7 +108,6 @@ void TerrainSamples::place(int sector, const Rings& rings) {
     x[v] = focal_baseline_pxm / (there < 1e-3f ? 1e-3f : there);
     z[v] = height_m - s.tangent(static_cast<float>(v)) * x[v];
   }
-  mark_upright(sector);
   std::int16_t* const first{first_.row(sector)};
   std::int16_t* const next{next_.row(sector)};
   float* const spread{spread_.row(sector)};
@@ -156,34 +126,11 @@ void TerrainSamples::place(int sector, const Rings& rings) {
     if (ring == no_ring) continue;
     next[v] = first[ring];
     first[ring] = static_cast<std::int16_t>(v);
-    if (is_last || s.upright[v] != 0) continue;
+    if (is_last) continue;
     const float difference{std::abs(beside[v] - there - roll_px)};
     if (!(beside[v] > 0) || !(difference < spread_max_px)) continue;
     spread[ring] += difference;
     spread_count[ring] += 1;
-  }
-}
-
-// A surface is upright where its disparity grows by less than half of B/(h + S·x) per row (2), on the line through
-// nine rows.
-void TerrainSamples::mark_upright(int sector) {
-  const SectorRows s{rows(sector)};
-  std::uint8_t* const upright{upright_.row(sector)};
-  const float limit{0.5f * camera_.focal_baseline_pxm * camera_.tangent_per_v};
-  const float slope{limits_.slope};
-  for (int begin{first_row_}; begin < height_px_; begin += tile_rows) {
-    const LineSums of{s.disparity + begin - line_rows};  // rows behind the image belong to the margin
-    std::array<std::uint8_t, tile_rows> found;
-    const int rows{std::min(tile_rows, height_px_ - begin)};
-    for (int i{0}; i < rows; ++i) {
-      const int v{begin + i};
-      const auto k = static_cast<std::size_t>(i);
-      const float growth_times{of.n[k] * of.dr[k] - of.r[k] * of.d[k]};
-      const float times{of.n[k] * of.rr[k] - of.r[k] * of.r[k]};
-      const float steepest{s.x[v] * (s.tangent(static_cast<float>(v)) + slope)};
-      found[k] = ((of.n[k] >= 5) & (growth_times * steepest < limit * times)) ? 1 : 0;
-    }
-    std::copy_n(found.begin(), rows, upright + begin);
   }
 }
 
@@ -211,7 +158,6 @@ SectorRows TerrainSamples::rows_of(int sector) const {
   return {disparity_.row(sector) + line_rows,
           x_.row(sector),
           z_.row(sector),
-          upright_.row(sector),
           next_.row(sector),
           first_.row(sector),
           camera_.tangent((static_cast<float>(sector) + 0.5f) * sector_px - 0.5f, 0),

@@ -21,18 +21,19 @@ constexpr int line_rows{4};
 
 /// One sector of the samples. Rows are rows of the image.
 struct SectorRows {
-  const float* disparity;       ///< median of the sector's pixels in a row, px; 0: none
-  const float* x;               ///< m; valid where there is a disparity
-  const float* z;               ///< m
-  const std::uint8_t* upright;  ///< 1: surface steeper than the vehicle climbs
-  const std::int16_t* next;     ///< next row, upwards, with a sample in the same ring
-  const std::int16_t* first;    ///< lowest row with a sample in a ring
-  float tangent_at_row_0;       ///< tangent of the line of sight
+  const float* disparity;     ///< median of the sector's pixels in a row, px; 0: none, as in line_rows beside the image
+  const float* x;             ///< m; valid where there is a disparity
+  const float* z;             ///< m
+  const std::int16_t* next;   ///< next row, upwards, with a sample in the same ring
+  const std::int16_t* first;  ///< lowest row with a sample in a ring
+  float tangent_at_row_0;     ///< tangent of the line of sight
   float tangent_per_v;
   int first_row;  ///< rows from here to end_row − 1 are used
   int end_row;
 
   [[nodiscard]] float tangent(float v) const { return tangent_at_row_0 + tangent_per_v * v; }
+  /// Growth of the disparity per row on the line through the rows around v, px; NaN: too few have one.
+  [[nodiscard]] float growth(int v) const;
 };
 
 /// Median disparities of a frame by sector and row, and their places.
@@ -52,12 +53,11 @@ class TerrainSamples {
 
   [[nodiscard]] const SectorRows& rows(int sector) const { return rows_[static_cast<std::size_t>(sector)]; }
   [[nodiscard]] std::size_t memory_bytes() const {
-    return memory_bytes_of(disparity_, x_, z_, upright_, next_, first_, spread_, spread_count_, rows_);
+    return memory_bytes_of(disparity_, x_, z_, next_, first_, spread_, spread_count_, rows_);
   }
 
  private:
   [[nodiscard]] SectorRows rows_of(int sector) const;
-  void mark_upright(int sector);
 
   TerrainCamera camera_{Rig{}, Ground{}};
   TerrainLimits limits_{};
@@ -66,7 +66,6 @@ class TerrainSamples {
   Image<float> disparity_;  // (sector, row + line_rows)
   Image<float> x_;
   Image<float> z_;
-  Image<std::uint8_t> upright_;
   Image<std::int16_t> next_;
   Image<std::int16_t> first_;  // (sector, ring)
   Image<float> spread_;        // (sector, ring): sum of differences to the next sector

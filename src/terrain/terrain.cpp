@@ -155,20 +155,9 @@ bool Terrain::has_no_ground(const PolarPlaces& borders, std::size_t group) const
 
 Terrain::RingPart Terrain::part_of(int ring, int first, int last) const {
   CellSectors found;
-  float wide_m{0};
-  for (int sector{first}; sector <= last; ++sector) {
-    found.add(cells_(ring, sector));
-    wide_m += relief_.wide_elevation(sector, ring);
-  }
+  for (int sector{first}; sector <= last; ++sector) found.add(cells_(ring, sector));
   const auto seen = static_cast<float>(found.seen);
-  return {ring,
-          first,
-          last,
-          found.kind(),
-          found.seen > 0,
-          found.elevation_m / seen,
-          found.slope / seen,
-          wide_m / static_cast<float>(found.sectors)};
+  return {ring, first, last, found.kind(), found.seen > 0, found.elevation_m / seen, found.slope / seen};
 }
 
 CellGround Terrain::ground_at(float x_m, const RingPart& part) const {
@@ -177,7 +166,6 @@ CellGround Terrain::ground_at(float x_m, const RingPart& part) const {
   if (!part.is_seen) return ground;
   const auto r = static_cast<std::size_t>(part.ring);
   ground.elevation_m = part.elevation_m + part.slope * (x_m - rings_.middle_m(part.ring));
-  if (std::abs(ground.elevation_m - part.wide_m) < limits_.step_m / 2) ground.raised_m = part.wide_m;  // false: NaN
   const float noise{camera_.height_sigma(camera_.height_m - ground.elevation_m, part.slope, x_m, sigma_px_[r])};
   ground.sigma_m = std::sqrt(noise * noise + plane_sigma_m_[r] * plane_sigma_m_[r]);
   return ground;

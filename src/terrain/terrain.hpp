@@ -24,7 +24,6 @@ struct CellGround {
   float elevation_m{std::numeric_limits<float>::quiet_NaN()};
   float sigma_m{std::numeric_limits<float>::quiet_NaN()};
   TerrainClass kind{TerrainClass::unknown};
-  float raised_m{0};  ///< elevation of the wide ground around, where this ground has it, too (TerrainRelief); else 0
 };
 
 /// Point of an edge with lower ground behind it.
@@ -74,7 +73,7 @@ class Terrain {
     spread_hidden(rings_.count(), cells_.view());
     fill_streaks(input(), walks, cells_.view());
     hide_unconnected(input(), cells_.view(), reached_.view());
-    relief_.begin(camera_, limits_, rings_, sigma_px_.data(), checked_rings_, prior_);
+    relief_.begin(camera_, limits_, rings_, sigma_px_.data(), prior_);
     for_sectors([&](int sector) { relief_.profile(sector, camera_, rings_, sigma_px_.data(), cells_.row(sector)); });
     relief_.count_level(rings_.count());
     for_sectors([&](int sector) { relief_.fill(sector, camera_, rings_, cells_.row(sector)); });
@@ -91,7 +90,6 @@ class Terrain {
     bool is_seen{false};
     float elevation_m{0};
     float slope{0};
-    float wide_m{0};  ///< NaN: not all sectors have any
 
     [[nodiscard]] bool has_ground() const { return is_seen || kind != TerrainClass::unknown; }
   };

@@ -13,7 +13,6 @@ constexpr float reconnect_share{0.3f};  ///< relative to the range
 constexpr float slope_memory_m{0.8f};
 constexpr float far_px{14};            ///< wrong matches look like edges more often at smaller disparities
 constexpr float lone_obstacle_px{10};  ///< the same for obstacles in two sectors
-constexpr float slope_base_rings{4};   ///< distance over which slope_max counts
 
 class Walk {
  public:
@@ -40,8 +39,7 @@ class Walk {
   bool take_over(View<const SectorWalk> walks, int round);
 
  private:
-  void meet_gap(int row, float z, float tolerance);
-  [[nodiscard]] bool is_within_slope(float z) const;
+  void meet_gap(int row, float z);
   [[nodiscard]] std::array<SectorRows, 3> rows_around() const {
     const int last{in_.samples.sectors() - 1};
     return {in_.samples.rows(std::max(sector_ - 1, 0)), rows_, in_.samples.rows(std::min(sector_ + 1, last))};
@@ -51,16 +49,9 @@ class Walk {
   void set_ground(float z);
   [[nodiscard]] float widest_gap() const;
   void fill_missing(float z);
-  void set_steep(float z);
   void set_obstacle(const RingSamples& samples);
   void miss();
   [[nodiscard]] bool has_wide_front(View<const SectorWalk> walks, int round) const;
-  /// Rays pass through the prior.
-  [[nodiscard]] bool is_contradicted() const {
-    const float near{in_.prior.elevation(view_.begin_m)};
-    const float far{in_.prior.elevation(view_.end_m)};
-    return view_.row_through(near, far, std::min(near, far) - in_.limits.step_m) != no_row;
-  }
   /// The right camera sees too few columns of the sector's ground in this ring.
   [[nodiscard]] bool is_blind() const {
     return static_cast<float>((sector_ + 1) * sector_px - samples_min) < in_.camera.focal_baseline_pxm / view_.begin_m;
@@ -79,16 +70,6 @@ class Walk {
   RingView view_;
 };
 
-// A slope or a step within the limits leads to the elevation from the ground some cells nearer.
-bool Walk::is_within_slope(float z) const {
-  const float base_m{slope_base_rings * (view_.end_m - view_.begin_m)};
-  int ring{ring_ - 1};
-  while (ring >= 0 && (!cells_[ring].is_ground() || in_.rings.middle_m(ring) > view_.x - base_m)) --ring;
-  if (ring < 0) return true;
-  const float most{std::max(in_.limits.step_m, in_.limits.slope * (view_.x - in_.rings.middle_m(ring)))};
-  return z - cells_[ring].elevation_m < most + 2 * view_.sigma(z, state_.slope);
-}
-
 void Walk::set_ground(float z) {
   const float dx{view_.x - state_.x};
   const bool is_first{state_.x < in_.rings.begin_m(0)};
@@ -101,16 +82,6 @@ void Walk::set_ground(float z) {
   state_.z = z;
   state_.missing = 0;
   cells_[ring_] = {z, state_.slope, TerrainClass::drivable, state_.is_firm};
-}
-
-// Too steep: an obstacle from where it rises.
-void Walk::set_steep(float z) {
-  const float base_m{slope_base_rings * (view_.end_m - view_.begin_m)};
-  for (int ring{ring_ - 1}; ring >= 0 && in_.rings.middle_m(ring) > view_.x - base_m; --ring)
-    cells_[ring] = PolarCell{};
-  RingSamples samples;
-  samples.top = z;
-  set_obstacle(samples);
 }
 
 void Walk::set_obstacle(const RingSamples& samples) {
@@ -184,34 +155,20 @@ bool Walk::take_over(View<const SectorWalk> walks, int round) {
   const float across_m{1.5f * sector_px * view_.x / in_.camera.focal_px};
   const float nearest{0.5f * in_.limits.step_m + in_.limits.slope * across_m + view_.sigma(z, slope)};
   const RingSamples samples{view_.gather(z, slope, nearest)};
-  if (!view_.has_ground(samples, z, slope) || (view_.is_checked() && view_.has_obstacle(samples, z, slope)))
-    return false;
+  if (!view_.has_ground(samples, z, slope) || (view_.is_checked() && view_.has_obstacle(samples, z))) return false;
   state_ = {view_.x, samples.ground_z / static_cast<float>(samples.ground), slope, 0, 0, true, false, false};
   cells_[ring_] = {state_.z, slope, TerrainClass::drivable};
   walk_.round = round;
   return true;
 }
 
-// Rays that pass through the expected ground contradict it.
 void Walk::step_lost() {
   if (is_blind() || (!state_.is_blocked && meet_trench())) return;
-  if (walk_.end != no_ring && ring_ >= walk_.end) {
-    cells_[ring_].kind = TerrainClass::hidden;
-  } else if (!state_.is_blocked && view_.is_checked() && is_contradicted()) {
-    cells_[ring_].kind = TerrainClass::hidden;
-  }
+  if (walk_.end != no_ring && ring_ >= walk_.end) cells_[ring_].kind = TerrainClass::hidden;
 }
 
-void Walk::meet_gap(int row, float z, float tolerance) {
+void Walk::meet_gap(int row, float z) {
   const Gap gap{classify_gap(in_.camera, in_.limits, rows_around(), {row, z, view_.sigma_px, in_.window_rows})};
-  if (gap.kind == GapKind::descent) {
-    state_.slope = gap.slope;
-    const float sloped{state_.elevation(view_.x)};
-    const RingSamples samples{view_.gather(sloped, gap.slope, tolerance)};
-    if (view_.has_ground(samples, sloped, gap.slope))
-      return set_ground(samples.ground_z / static_cast<float>(samples.ground));
-    return miss();
-  }
   if (gap.kind == GapKind::none) return miss();
   if (gap.kind == GapKind::bridge) {
     cells_[ring_] = {state_.z, state_.slope, TerrainClass::drivable};
@@ -256,18 +213,15 @@ void Walk::step() {
   const float allowed{std::max(in_.limits.step_m, 0.7f * in_.limits.slope * (view_.x - state_.x)) +
                       1.25f * view_.sigma(z, state_.slope)};
   const RingSamples samples{view_.gather(z, state_.slope, allowed)};
-  if (view_.is_checked() && view_.has_obstacle(samples, z, state_.slope)) return set_obstacle(samples);
+  if (view_.is_checked() && view_.has_obstacle(samples, z)) return set_obstacle(samples);
   if (view_.is_checked()) {
     const float z_near{state_.elevation(view_.begin_m)};
     const float z_far{state_.elevation(view_.end_m)};
-    const int row{view_.row_through(z_near, z_far, std::min(z_near, z_far))};
-    if (row != no_row) return meet_gap(row, std::min(z, state_.z), allowed);
+    const int row{view_.row_through(z_near, z_far)};
+    if (row != no_row) return meet_gap(row, std::min(z, state_.z));
   }
-  if (view_.has_ground(samples, z, state_.slope)) {
-    const float found{samples.ground_z / static_cast<float>(samples.ground)};
-    return is_within_slope(found) ? set_ground(found) : set_steep(found);
-  }
-  miss();
+  view_.has_ground(samples, z, state_.slope) ? set_ground(samples.ground_z / static_cast<float>(samples.ground))
+                                             : miss();
 }
 
 // Wrong matches resemble an obstacle in a sector or two. Rays detect thin and tall objects.

@@ -93,28 +93,26 @@ void fill_streaks(const WalkInput& input, View<const SectorWalk> walks, View<Pol
 /// one camera sees nothing. `reached`: working memory, (sector, 0).
 void hide_unconnected(const WalkInput& input, View<PolarCell> cells, View<std::uint8_t> reached);
 
-/// Ground, obstacle and face samples of a ring, relative to an expected elevation.
+/// Ground and obstacle samples of a ring, relative to an expected elevation.
 struct RingSamples {
   int ground{0};
   float ground_z{0};  ///< sum
   int above{0};
   float top{-1e3f};         ///< highest sample of an obstacle
   bool is_standing{false};  ///< the obstacle begins near the ground
-  float face_top{-1e3f};    ///< highest upright sample over the surface
-  float face_bottom{1e3f};
-  int face{0};
 };
 
 /// One ring of a sector. `z` and `slope` describe the surface expected at the ring's middle.
 struct RingView {
   RingView(const WalkInput& input, const SectorRows& sector, int index);
 
+  [[nodiscard]] bool is_upright(int v) const;
   [[nodiscard]] RingSamples gather(float z, float slope, float tolerance) const;
   [[nodiscard]] bool has_ground(const RingSamples& samples, float z, float slope) const;
-  [[nodiscard]] bool has_obstacle(const RingSamples& samples, float z, float slope) const;
-  /// First row, upwards, with a sample behind the expected ground and lower than `highest_z`; no_row: fewer than half
-  /// of the ground's rows have one. `z_near`, `z_far`: elevation of the ground at both ends.
-  [[nodiscard]] int row_through(float z_near, float z_far, float highest_z) const;
+  [[nodiscard]] bool has_obstacle(const RingSamples& samples, float z) const;
+  /// First row, upwards, with a sample behind and below the expected ground; no_row: fewer than half of the ground's
+  /// rows have one. `z_near`, `z_far`: elevation of the ground at both ends.
+  [[nodiscard]] int row_through(float z_near, float z_far) const;
   [[nodiscard]] float predicted_rows(float z, float slope) const;
   [[nodiscard]] bool is_checked() const { return ring < in->checked_rings; }
   /// Noise of the height over the surface, m.

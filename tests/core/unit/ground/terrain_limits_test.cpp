@@ -87,8 +87,6 @@ TEST(CellRules, BoundTheObservedOccupancy) {
   for (const float p : {0.21f, 0.3f, 0.49f}) expect(CellRule::ground_not_seen, p, 0.5f);
   for (const float p : {0.01f, 0.3f}) expect(CellRule::not_free, p, 0.5f);
   expect(CellRule::not_free, 0.9f, 0.9f);
-  expect(CellRule::free, 0.1f, 0.1f);
-  expect(CellRule::free, 0.9f, 0.2f);
   for (const CellRule rule : {CellRule::obstacle, CellRule::edge}) {
     expect(rule, 0.1f, 0.7f);
     expect(rule, 0.9f, 0.9f);
@@ -155,12 +153,6 @@ struct FrameOf {
   Pose2 pose{};
   FrameResult result;
 };
-
-TEST(Terrain, RaisedGroundIsFreeAndLevelGroundAsObserved) {
-  const FrameOf frame{ramp(4, 10)};
-  for (const double x : {3.5, 4.5}) EXPECT_EQ(frame.rule_at(x), CellRule::as_observed) << "up to 9 cm";
-  for (const double x : {5.5, 7.0, 9.0}) EXPECT_EQ(frame.rule_at(x), CellRule::free) << x;
-}
 
 TEST(Terrain, EdgesHaveTheVisibleFall) {
   const FrameOf frame{step(4, -0.25f)};
