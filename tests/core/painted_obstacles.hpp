@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include "motion/scene_flow.hpp"
 #include "obstacles/segmentation/clusters.hpp"
 #include "obstacles/tracking/tracking.hpp"
 #include "support.hpp"
-#include <algorithm>
-#include <cmath>
 
 namespace stereogrid::test {
 
