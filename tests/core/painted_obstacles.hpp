@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+
 #include "motion/scene_flow.hpp"
 #include "obstacles/segmentation/clusters.hpp"
 #include "obstacles/tracking/tracking.hpp"

@@ -3,9 +3,9 @@
 // When tracks begin, coast and end.
 #include "backend/cpu.hpp"
 #include "filter_run.hpp"
+#include "painted_obstacles.hpp"
 #include "stereogrid/error.hpp"
 #include "support.hpp"
-#include "painted_obstacles.hpp"
 
 namespace stereogrid::test {
 namespace {
