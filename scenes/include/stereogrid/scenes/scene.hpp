@@ -63,9 +63,8 @@ struct SceneOptions {
 /// Reads "scene:street?frames=60&seed=3&width=1242&height=375", with or without "scene:". Keys: frames, seed, width,
 /// height, focal (px), baseline (m), camera_height (m), pitch_deg, roll_deg, rate (Hz), noise (grey levels), gain,
 /// camera, pitch_noise_deg, roll_noise_deg, height_noise (m); of uneven ground: kind, at or edge (m), rise or depth
-/// (m), incline_deg, slope_deg, span (m), steps, skew_deg, speed (m/s); of several cameras: cameras, turn_deg, ring (m).
-/// Throws InputError, with the known scenes or
-/// keys and their ranges.
+/// (m), incline_deg, slope_deg, span (m), steps, skew_deg, speed (m/s); of several cameras: cameras, turn_deg, ring
+/// (m). Throws InputError, with the known scenes or keys and their ranges.
 [[nodiscard]] STEREOGRID_EXPORT SceneOptions parse_scene(std::string_view text);
 
 /// A ray-cast street scene with exact truth. World frame: the vehicle frame of the start. The same options give the
