@@ -47,6 +47,22 @@ TEST_F(Opening, RecordingsInsideAreSuggested) {
   expect_refused({"no stereo recording", "drive_7"});
 }
 
+TEST_F(Opening, CamerasAreFoldersOfOneVehicle) {
+  put_plain(folder / "front");
+  put_plain(folder / "rear");
+  put(folder / "calibration.yaml", "cameras: [front, rear]\n");
+  const auto recording{open()};
+  EXPECT_EQ(recording->rigs().size(), 2U);
+  ASSERT_EQ(recording->load(0).others.size(), 1U);
+  EXPECT_EQ(recording->load(0).others.front().camera, 1);
+  fs::rename(folder / "rear", folder / "back");
+  expect_refused({"rear", "no such file or folder"});
+  put(folder / "calibration.yaml", "cameras: []\n");
+  expect_refused({"calibration.yaml", "1 to 8 folders"});
+  put(folder / "calibration.yaml", "cameras: [{camera_name: left}, {camera_name: right}]\n");  // ost.txt as YAML
+  expect_refused({"no stereo recording"});
+}
+
 TEST_F(Opening, FolderMissingOrEmpty) {
   put_plain(folder.path());
   fs::remove_all(folder / "right");

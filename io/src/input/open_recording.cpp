@@ -337,9 +337,13 @@ std::unique_ptr<Recording> open_recording_of(const VideoPair& videos, InputArgum
 std::vector<fs::path> cameras_in(const InputArguments& arguments) {
   if (arguments.paths.size() != 1) return {};
   const fs::path file{arguments.paths.front() / "calibration.yaml"};
-  if (!is_there(file)) return {};
+  try {
+    if (!is_there(file)) return {};
+  } catch (const InputError&) {  // named where the folder is looked at
+    return {};
+  }
   const YamlGroup root{read_yaml(file)};
-  if (!root.has("cameras")) return {};
+  if (!root.has_list("cameras")) return {};
   root.need_only({"cameras"});
   std::vector<fs::path> folders{root.file_names("cameras")};
   if (folders.empty() || folders.size() > 8) root.fail("has no 1 to 8 folders in 'cameras'.");

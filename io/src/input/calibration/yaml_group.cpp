@@ -231,6 +231,12 @@ std::filesystem::path YamlGroup::file_name(const char* key) const {
   return file_name_of(required(key), key);
 }
 
+bool YamlGroup::has_list(const char* key) const {
+  const YAML::Node value{node_[key]};
+  return value.IsDefined() && value.IsSequence() &&
+         std::none_of(value.begin(), value.end(), [](const auto& item) { return item.IsMap() || item.IsSequence(); });
+}
+
 std::vector<std::filesystem::path> YamlGroup::file_names(const char* key) const {
   const YAML::Node value{required(key)};
   if (!value.IsSequence()) return {file_name_of(value, key)};

@@ -48,6 +48,8 @@ class YamlGroup : public Origin {
   YamlGroup(std::string file, std::string name, YAML::Node node, Keys known = {});
 
   [[nodiscard]] bool has(const char* key) const { return node_[key].IsDefined(); }
+  /// True if a key has a list that holds no groups, such as names.
+  [[nodiscard]] bool has_list(const char* key) const;
   /// Throws where one of the group's keys is not of these.
   void need_only(Keys known) const;
 
