@@ -25,8 +25,8 @@ SKIPPED = 77
 STAGES = {
     "frame": "FramePipeline::process(", "match": "HostStages<stereogrid::Cpu>::match(",
     "– correlation": "stereogrid::correlate_band(", "– decision": "stereogrid::classify_row(",
-    "ground": "FramePipeline::fit_ground(", "terrain": "FramePipeline::find_terrain(",
-    "checks, segments": "FramePipeline::check(", "features": "FramePipeline::track_features(",
+    "ground": "CameraPipeline::fit_ground(", "terrain": "CameraPipeline::find_terrain(",
+    "checks, segments": "CameraPipeline::check(", "features": "CameraPipeline::track_features(",
     "observed grid": "HostStages<stereogrid::Cpu>::observe(", "filter": "HostStages<stereogrid::Cpu>::filter(",
     "tracks": "FramePipeline::update_tracks("}
 

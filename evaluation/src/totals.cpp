@@ -95,7 +95,8 @@ void Totals::add(const Scores::Cell& cell, const Ranking& probabilities) {
 
 void Totals::add(const ColumnDepth& column, const Ranking& errors) {
   const double error{depth_error(column)};
-  const bool wrong{error > 0.1 * static_cast<double>(column.truth_m) + 1};
+  constexpr double rounding_m{1e-4};  // cells begin at multiples of their size, where the limit lies, too
+  const bool wrong{error > 0.1 * static_cast<double>(column.truth_m) + 1 + rounding_m};
   columns += 1;
   depth_error_m += error;
   depth_bias_m += column.found_m > column.truth_m ? error : -error;

@@ -131,7 +131,7 @@ def cell_scores(p, occupied, hidden):
 def depth_scores(truth, found, band):
     chosen = (truth >= band[0] - 1e-5) & (truth < band[1] - 1e-5)
     error, truth = (found - truth)[chosen], truth[chosen]
-    wrong = np.abs(error) > 0.1 * truth + 1
+    wrong = np.abs(error) > 0.1 * truth + 1 + 1e-4
     return {"columns": len(error), "depth_error_m": np.abs(error).mean(), "depth_bias_m": error.mean(),
             "depth_wrong": wrong.mean(), "depth_overshoot": (wrong & (error > 0)).mean()}
 
