@@ -106,7 +106,7 @@ void bind_observed_grid(nb::module_& module) {
 
 void construct(Frame* self, const ImageArguments& images, const std::optional<MountedRig>& rig,
                std::optional<std::int64_t> stamp_ns, const std::optional<Pose2>& pose, std::optional<std::string> name,
-               std::int64_t index) {
+               std::int64_t index, int camera) {
   if (!images.depth.is_none() && !rig) {
     throw nb::type_error("Frame: depth without rig. Give the rig, for its focal length and baseline.");
   }
@@ -118,6 +118,7 @@ void construct(Frame* self, const ImageArguments& images, const std::optional<Mo
   frame.data.index = index;
   frame.data.stamp_ns = stamp_ns.value_or(index * assumed_step_ns);
   frame.data.world_from_vehicle = pose;
+  frame.data.camera = camera;
   new (self) Frame{std::move(frame)};
 }
 
@@ -127,22 +128,36 @@ void bind_constructor(nb::class_<Frame>& frame) {
       [](Frame* self, nb::handle left, nb::handle right, std::optional<std::int64_t> stamp_ns, nb::handle pose,
          nb::handle disparity, nb::handle depth, std::optional<double> depth_scale,
          const std::optional<MountedRig>& rig, std::optional<std::string> name, std::int64_t index,
-         const std::string& color, std::optional<int> bits) {
+         const std::string& color, std::optional<int> bits, int camera) {
         PixelOptions pixels{color};
         pixels.bits = bits.value_or(pixels.bits);
         construct(self, {left, right, disparity, depth, depth_scale, pixels}, rig, stamp_ns, pose_of(pose),
-                  std::move(name), index);
+                  std::move(name), index, camera);
       },
       nb::arg("left"), nb::arg("right") = nb::none(), nb::arg("stamp_ns") = nb::none(), nb::arg("pose") = nb::none(),
       nb::kw_only(), nb::arg("disparity") = nb::none(), nb::arg("depth") = nb::none(),
       nb::arg("depth_scale") = nb::none(), nb::arg("rig") = nb::none(), nb::arg("name") = nb::none(),
-      nb::arg("index") = 0, nb::arg("color") = "", nb::arg("bits") = nb::none(),
+      nb::arg("index") = 0, nb::arg("color") = "", nb::arg("bits") = nb::none(), nb::arg("camera") = 0,
       nb::sig("def __init__(self, left: ArrayLike, right: ArrayLike | None = None, stamp_ns: int | None = None, pose: "
               "Pose | ArrayLike | None = None, *, disparity: ArrayLike | None = None, depth: "
               "ArrayLike | None = None, depth_scale: float | None = None, rig: Rig | None = None, name: str | None = "
-              "None, index: int = 0, color: str = '', bits: int | None = None) -> None"),
+              "None, index: int = 0, color: str = '', bits: int | None = None, camera: int = 0) -> None"),
       "Copies images as Pipeline.process() takes them. rig: required with depth. Left out: stamp_ns is index times 0.1 "
-      "s, name is the index. Raises TypeError, ValueError.");
+      "s, name is the index. camera: index into Pipeline.rigs. Raises TypeError, ValueError.");
+}
+
+std::vector<Frame> others_of(const Frame& frame) {
+  std::vector<Frame> others;
+  for (const StereoFrame& other : frame.data.others) others.push_back({other});
+  return others;
+}
+
+void bind_other_cameras(nb::class_<Frame>& frame) {
+  frame.def_prop_ro(
+      "camera", [](const Frame& self) { return self.data.camera; }, "Index into Pipeline.rigs.");
+  frame.def_prop_rw(
+      "others", &others_of, [](Frame& self, const std::vector<const Frame*>& others) { set_others(self.data, others); },
+      "Frames of other cameras, about the same time; copies.");
 }
 
 void bind_other_grids(nb::class_<Frame>& frame) {
@@ -183,6 +198,7 @@ void bind_frame(nb::module_& module) {
   frame.def_prop_ro(
       "warning", [](const Frame& self) { return self.warning.value_or(""); },
       "Warning of the odometry, added to the result's; \"\": none.");
+  bind_other_cameras(frame);
   bind_other_grids(frame);
   frame.def_prop_ro("truth", &truth_of,
                     "Exact truth of a scene or a rendered drive. Raises InputError: there is none.");

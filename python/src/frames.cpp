@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 #include <nanobind/stl/string.h>
 
+#include <algorithm>
+#include <iterator>
 #include <set>
 #include <utility>
 
@@ -20,15 +22,18 @@ constexpr std::size_t frames_ahead{4};
 /// Frames in memory.
 class FrameList : public FrameSource {
  public:
-  FrameList(const Rig& rig, std::vector<StereoFrame> frames) : rig_{rig}, frames_{std::move(frames)} {}
+  /// `rigs`: one at least.
+  FrameList(std::vector<Rig> rigs, std::vector<StereoFrame> frames)
+      : rigs_{std::move(rigs)}, frames_{std::move(frames)} {}
 
-  [[nodiscard]] const Rig& rig() const override { return rig_; }
+  [[nodiscard]] const Rig& rig() const override { return rigs_.front(); }
+  [[nodiscard]] std::span<const Rig> rigs() const override { return rigs_; }
   [[nodiscard]] std::size_t size() const override { return frames_.size(); }
   [[nodiscard]] std::string name(std::size_t index) const override { return frames_.at(index).name; }
   [[nodiscard]] StereoFrame load(std::size_t index) const override { return frames_.at(index); }
 
  private:
-  Rig rig_;
+  std::vector<Rig> rigs_;
   std::vector<StereoFrame> frames_;
 };
 
@@ -45,7 +50,24 @@ std::string numbered_name(std::int64_t index) {
   return fmt::format("{:06}", index);
 }
 
-std::shared_ptr<Recording> recording_of(const std::vector<const Frame*>& frames, const MountedRig& rig,
+void set_others(StereoFrame& frame, std::span<const Frame* const> others) {
+  std::vector<StereoFrame> all;
+  for (const Frame* other : others) {
+    std::vector<StereoFrame> nested{all.emplace_back(other->data).others};
+    all.back().others.clear();
+    std::ranges::move(nested, std::back_inserter(all));
+  }
+  frame.others = std::move(all);
+}
+
+std::vector<MountedRig> Recording::rigs() const {
+  std::vector<MountedRig> all;
+  for (const Rig& rig : source().rigs()) all.push_back({rig, input_->extrinsics_given});
+  all.front().mask = input_->mask;
+  return all;
+}
+
+std::shared_ptr<Recording> recording_of(const std::vector<const Frame*>& frames, const RigOrRigs& rig,
                                         const std::string& poses) {
   if (frames.empty()) throw InputError{"Recording: no frames (expected at least one)."};
   std::vector<StereoFrame> copies;
@@ -65,11 +87,12 @@ std::shared_ptr<Recording> recording_of(const std::vector<const Frame*>& frames,
                       copy.stamp_ns, index, copies[copies.size() - 2].stamp_ns)};
     }
   }
+  const std::vector<MountedRig> rigs{rigs_of(rig)};
   auto input{std::make_shared<app::Input>()};
-  input->source = std::make_unique<FrameList>(rig.rig, std::move(copies));
+  input->source = std::make_unique<FrameList>(without_masks(rigs), std::move(copies));
   input->poses = pose_source_of(poses);
-  input->mask = rig.mask;
-  input->extrinsics_given = rig.extrinsics_given;
+  input->mask = rigs.front().mask;
+  input->extrinsics_given = std::ranges::all_of(rigs, &MountedRig::extrinsics_given);
   app::InputOptions options;
   options.poses = poses;
   return std::make_shared<Recording>(std::move(input), std::move(options), io::FrameRange{0, frames.size()});

@@ -17,6 +17,7 @@
 
 #include "arrays.hpp"
 #include "bindings.hpp"
+#include "stereogrid/error.hpp"
 #include "stereogrid/frame.hpp"
 #include "stereogrid/grid.hpp"
 #include "stereogrid/io/calibration.hpp"
@@ -143,6 +144,9 @@ void visit_rig_fields(const Visit& visit) {
   visit("camera_height_m", &Rig::camera_height_m, "Height of the left camera's center above the ground.");
   visit("camera_pitch_rad", &Rig::camera_pitch_rad, "Positive: downwards.");
   visit("camera_roll_rad", &Rig::camera_roll_rad, "Positive: right side down.");
+  visit("camera_x_m", &Rig::camera_x_m, "Position of the left camera in the vehicle frame, ahead.");
+  visit("camera_y_m", &Rig::camera_y_m, "To the left.");
+  visit("camera_yaw_rad", &Rig::camera_yaw_rad, "Heading of the optical axis; 0: ahead, positive: to the left.");
 }
 
 std::string repr_of_rig(const MountedRig& self) {
@@ -197,17 +201,19 @@ void bind_rig(nb::module_& module) {
   rig.def(
       "__init__",
       [](MountedRig* self, int width_px, int height_px, double focal_px, double cx_px, double cy_px, double baseline_m,
-         double camera_height_m, double camera_pitch_rad, double camera_roll_rad, bool extrinsics_given,
-         nb::handle mask) {
+         double camera_height_m, double camera_pitch_rad, double camera_roll_rad, double camera_x_m, double camera_y_m,
+         double camera_yaw_rad, bool extrinsics_given, nb::handle mask) {
         new (self) MountedRig{{width_px, height_px, focal_px, cx_px, cy_px, baseline_m, camera_height_m,
-                               camera_pitch_rad, camera_roll_rad},
+                               camera_pitch_rad, camera_roll_rad, camera_x_m, camera_y_m, camera_yaw_rad},
                               extrinsics_given};
         set_mask(*self, mask);
       },
       nb::kw_only(), nb::arg("width_px"), nb::arg("height_px"), nb::arg("focal_px"), nb::arg("cx_px"), nb::arg("cy_px"),
       nb::arg("baseline_m"), nb::arg("camera_height_m") = standard.camera_height_m,
       nb::arg("camera_pitch_rad") = standard.camera_pitch_rad, nb::arg("camera_roll_rad") = standard.camera_roll_rad,
-      nb::arg("extrinsics_given") = MountedRig{}.extrinsics_given, nb::arg("mask") = nb::none());
+      nb::arg("camera_x_m") = standard.camera_x_m, nb::arg("camera_y_m") = standard.camera_y_m,
+      nb::arg("camera_yaw_rad") = standard.camera_yaw_rad, nb::arg("extrinsics_given") = MountedRig{}.extrinsics_given,
+      nb::arg("mask") = nb::none());
   visit_rig_fields([&](const char* name, auto member, const char* doc) {
     using T = std::remove_cvref_t<decltype(standard.*member)>;
     rig.def_prop_rw(
@@ -240,6 +246,25 @@ void bind_ground(nb::module_& module) {
 }
 
 }  // namespace
+
+std::vector<MountedRig> rigs_of(const RigOrRigs& one_or_more) {
+  if (const auto* one{std::get_if<MountedRig>(&one_or_more)}) return {*one};
+  const auto& rigs{std::get<std::vector<MountedRig>>(one_or_more)};
+  if (rigs.empty()) throw ConfigError{"rig: no rigs (expected one at least)."};
+  const auto masked{
+      std::find_if(rigs.begin() + 1, rigs.end(), [](const MountedRig& rig) { return !rig.mask.empty(); })};
+  if (masked != rigs.end()) {
+    throw ConfigError{"mask of camera " + std::to_string(masked - rigs.begin()) +
+                      " (allowed for camera 0 only). Remove it."};
+  }
+  return rigs;
+}
+
+std::vector<Rig> without_masks(const std::vector<MountedRig>& rigs) {
+  std::vector<Rig> plain;
+  for (const MountedRig& rig : rigs) plain.push_back(rig.rig);
+  return plain;
+}
 
 std::optional<Pose2> pose_of(nb::handle object) {
   if (object.is_none()) return std::nullopt;

@@ -7,6 +7,8 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <variant>
+#include <vector>
 
 #include "stereogrid/camera.hpp"
 #include "stereogrid/frame.hpp"
@@ -20,6 +22,13 @@ struct MountedRig {
   bool extrinsics_given{true};
   Image<std::uint8_t> mask{};
 };
+
+/// A rig, or those of several cameras.
+using RigOrRigs = std::variant<MountedRig, std::vector<MountedRig>>;
+
+/// The rigs, one at least. Throws ConfigError: none, or a mask of another camera than the first.
+[[nodiscard]] std::vector<MountedRig> rigs_of(const RigOrRigs& one_or_more);
+[[nodiscard]] std::vector<Rig> without_masks(const std::vector<MountedRig>& rigs);
 
 /// Pose of the vehicle from Pose, three numbers (x_m, y_m, yaw_rad), or a matrix world_from_camera of 3 × 4 or 4 × 4;
 /// None: none. Throws TypeError, ValueError.

@@ -94,6 +94,16 @@ class Archive {
     (*this)(s.obstacle_disparity, s.road_disparity, s.match_confidence, s.ambiguous, s.possible, s.visible, s.observed,
             s.visibility, s.obstacle_confidence, s.road_confidence, s.occupancy, s.occupancy_smooth);
   }
+  void value(StereoFrame& f) {
+    (*this)(f.name, f.index, f.stamp_ns, f.left, f.right, f.disparity, f.world_from_vehicle, f.other_grids, f.labels,
+            f.camera, f.others);
+  }
+  void value(FrameResult& r) {
+    (*this)(r.rig, r.level_rig, r.ground, r.world_from_vehicle, r.obstacle_density, r.road_density, r.observed,
+            r.elevation_m, r.elevation_sigma_m, r.terrain, r.witness, r.world_elevation_m, r.world_elevation_sigma_m,
+            r.world_terrain, r.speed_limit_mps, r.speed_limit_reason, r.vehicle, r.world, r.predictions, r.obstacles,
+            r.stages, r.timing_ms, r.status, r.warnings, r.exposure, r.cameras, r.has_images);
+  }
 
   bool is_reading_{false};
   std::string state_;
@@ -101,17 +111,11 @@ class Archive {
 };
 
 void archive(Archive& values, Frame& frame) {
-  StereoFrame& f{frame.data};
-  values(f.name, f.index, f.stamp_ns, f.left, f.right, f.disparity, f.world_from_vehicle, f.other_grids, f.labels,
-         frame.warning, frame.odometry_ms);
+  values(frame.data, frame.warning, frame.odometry_ms);
 }
 
 void archive(Archive& values, Result& result) {
-  FrameResult& r{result.data};
-  values(result.name, result.index, result.stamp_ns, r.rig, r.level_rig, r.ground, r.world_from_vehicle,
-         r.obstacle_density, r.road_density, r.observed, r.elevation_m, r.elevation_sigma_m, r.terrain, r.witness,
-         r.world_elevation_m, r.world_elevation_sigma_m, r.world_terrain, r.speed_limit_mps, r.speed_limit_reason,
-         r.vehicle, r.world, r.predictions, r.obstacles, r.stages, r.timing_ms, r.status, r.warnings, r.exposure);
+  values(result.name, result.index, result.stamp_ns, result.data);
 }
 
 /// Defines the state of a class for pickle. `construct(at)` makes an object in place.

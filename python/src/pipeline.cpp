@@ -6,10 +6,13 @@
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/unique_ptr.h>
+#include <nanobind/stl/variant.h>
 #include <nanobind/stl/vector.h>
 
+#include <algorithm>
 #include <memory>
 #include <optional>
+#include <span>
 
 #include "bindings.hpp"
 #include "released_gil.hpp"
@@ -25,12 +28,13 @@ PyPipeline::Busy::Busy(PyPipeline& pipeline) : flag_{pipeline.busy_} {
   throw nb::python_error();
 }
 
-PipelineOptions PyPipeline::with(PipelineOptions options, const MountedRig& rig, const app::DeviceOptions& device) {
+PipelineOptions PyPipeline::with(PipelineOptions options, const std::vector<MountedRig>& rigs,
+                                 const app::DeviceOptions& device) {
   const std::string problem{app::device_problem(device.device)};
   if (!problem.empty()) throw ConfigError{"device " + problem + "."};
   app::set_device(options, device);
-  options.mask = rig.mask;
-  options.extrinsics_given = rig.extrinsics_given;
+  options.mask = rigs.front().mask;
+  options.extrinsics_given = std::ranges::all_of(rigs, &MountedRig::extrinsics_given);
   return options;
 }
 
@@ -44,6 +48,14 @@ ResultObject PyPipeline::process(const Frame& frame) {
   }
   warn_once(of_frame.data);
   return result;
+}
+
+ResultObject PyPipeline::process(const std::vector<const Frame*>& frames) {
+  if (frames.empty()) throw InputError{"process(): no frames (expected one at least, at most one of a camera)."};
+  Frame all{*frames.front()};
+  set_others(all.data, frames);
+  all.data.others.erase(all.data.others.begin());
+  return process(all);
 }
 
 void PyPipeline::warn_once(const FrameResult& result) {
@@ -87,7 +99,7 @@ ResultObject PyPipeline::process(ArrayFrame arrays) {
 
 namespace {
 
-void construct(PyPipeline* self, const Config& config, const MountedRig& rig, const std::optional<std::string>& device,
+void construct(PyPipeline* self, const Config& config, const RigOrRigs& rig, const std::optional<std::string>& device,
                std::optional<int> threads, std::optional<bool> stages, const std::vector<double>& horizons_s,
                const std::optional<Pose2>& start, bool in_world_of_poses) {
   app::DeviceOptions where;
@@ -98,8 +110,9 @@ void construct(PyPipeline* self, const Config& config, const MountedRig& rig, co
   options.horizons_s = horizons_s;
   options.start = start.value_or(options.start);
   options.in_world_of_poses = in_world_of_poses;
+  const std::vector<MountedRig> rigs{rigs_of(rig)};
   const ReleasedGil release;
-  new (self) PyPipeline{config, rig, where, std::move(options)};
+  new (self) PyPipeline{config, rigs, where, std::move(options)};
 }
 
 void bind_process(nb::class_<PyPipeline>& pipeline) {
@@ -107,6 +120,9 @@ void bind_process(nb::class_<PyPipeline>& pipeline) {
       "process", [](PyPipeline& self, const Frame& frame) { return self.process(frame); }, nb::arg("frame"),
       "Processes the next frame. Releases the GIL. Raises InputError, DeviceError; RuntimeError: in use by another "
       "thread.");
+  pipeline.def(
+      "process", [](PyPipeline& self, const std::vector<const Frame*>& frames) { return self.process(frames); },
+      nb::arg("frames"), "Processes frames of several cameras, about the same time; the first one names the result.");
   pipeline.def(
       "process",
       [](PyPipeline& self, nb::handle left, nb::handle right, nb::handle disparity, nb::handle depth,
@@ -172,14 +188,17 @@ void bind_state(nb::class_<PyPipeline>& pipeline) {
 }  // namespace
 
 void bind_pipeline(nb::module_& module) {
-  nb::class_<PyPipeline> pipeline{module, "Pipeline",
-                                  "Stereo frames in, occupancy grids out. One pipeline serves one camera, frame after "
-                                  "frame, and one thread at a time."};
+  nb::class_<PyPipeline> pipeline{
+      module, "Pipeline",
+      "Stereo frames in, occupancy grids out. One pipeline serves the cameras of one vehicle, "
+      "frame after frame, and one thread at a time."};
   pipeline.def("__init__", &construct, nb::arg("config"), nb::arg("rig"), nb::kw_only(), nb::arg("device") = nb::none(),
                nb::arg("threads") = nb::none(), nb::arg("stages") = nb::none(),
                nb::arg("horizons_s") = std::vector<double>{}, nb::arg("start") = nb::none(),
                nb::arg("in_world_of_poses") = PipelineOptions{}.in_world_of_poses,
-               "device: \"auto\", \"cpu\", \"cuda\", \"cuda:N\" or \"reference\"; threads 0: all cores; stages False: "
+               "rig: that of the camera, or those of up to eight cameras, which place them (camera_x_m, camera_y_m, "
+               "camera_yaw_rad). device: \"auto\", \"cpu\", \"cuda\", \"cuda:N\" or \"reference\"; threads 0: all "
+               "cores; stages False: "
                "results without stages; horizons_s: of FrameResult.predictions. Raises ConfigError, DeviceError.");
   bind_process(pipeline);
   bind_state(pipeline);
@@ -188,6 +207,15 @@ void bind_pipeline(nb::module_& module) {
       "With automatic values resolved; a copy.");
   pipeline.def_prop_ro(
       "rig", [](const PyPipeline& self) { return MountedRig{self.pipeline().rig()}; }, "As given, without mask.");
+  pipeline.def_prop_ro(
+      "rigs",
+      [](const PyPipeline& self) {
+        const std::span rigs{self.pipeline().rigs()};
+        std::vector<MountedRig> all;
+        for (const Rig& rig : rigs) all.push_back({rig});
+        return all;
+      },
+      "Rigs of all cameras, without masks.");
   pipeline.def_prop_ro(
       "grid", [](const PyPipeline& self) { return self.pipeline().vehicle_grid(); }, "Vehicle frame.");
   pipeline.def_prop_ro("threads", [](const PyPipeline& self) { return self.pipeline().threads(); });

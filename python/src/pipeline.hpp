@@ -64,10 +64,13 @@ struct ArrayFrame {
 /// A pipeline that rejects calls from two threads at once: their order would decide about the results.
 class PyPipeline {
  public:
-  PyPipeline(const Config& config, const MountedRig& rig, const app::DeviceOptions& device, PipelineOptions options)
-      : pipeline_{config, rig.rig, with(std::move(options), rig, device)} {}
+  PyPipeline(const Config& config, const std::vector<MountedRig>& rigs, const app::DeviceOptions& device,
+             PipelineOptions options)
+      : pipeline_{config, without_masks(rigs), with(std::move(options), rigs, device)} {}
 
   [[nodiscard]] ResultObject process(const Frame& frame);
+  /// Frames of several cameras.
+  [[nodiscard]] ResultObject process(const std::vector<const Frame*>& frames);
   [[nodiscard]] ResultObject process(ArrayFrame arrays);
 
   template <class Do>
@@ -90,7 +93,8 @@ class PyPipeline {
     std::atomic_flag& flag_;
   };
 
-  static PipelineOptions with(PipelineOptions options, const MountedRig& rig, const app::DeviceOptions& device);
+  static PipelineOptions with(PipelineOptions options, const std::vector<MountedRig>& rigs,
+                              const app::DeviceOptions& device);
   /// Created before the frame is processed, as the processor's caches hold nothing of Python after it.
   [[nodiscard]] ResultObject new_result() const { return nb::cast(std::make_unique<Result>(results_)); }
   /// Issues a RuntimeWarning for each kind of warning of the result that is new. Throws python_error where a filter

@@ -118,7 +118,7 @@ std::unique_ptr<Frame> frame_at(const std::shared_ptr<Recording>& self, std::int
 
 void save(const Recording& self, const Path& folder, bool truth) {
   const bool with_truth{truth && self.has_truth()};
-  io::PlainFolderWriter writer{folder, self.source().rig(),
+  io::PlainFolderWriter writer{folder, self.source().rigs(),
                                with_truth ? std::optional{self.truth_grid()} : std::nullopt};
   for (std::size_t i{self.range().first}; i < self.range().end; ++i) {
     const StereoFrame frame{self.source().load(i)};
@@ -154,9 +154,10 @@ void bind_recording_class(nb::module_& module) {
       module, "Recording",
       "An opened input. Iteration places the poses as stereogrid run does, skips frames that "
       "cannot be used with a SkippedFrameWarning, and may be repeated."};
-  recording.def(nb::new_(&recording_of), nb::arg("frames"), nb::arg("rig"), nb::kw_only(), nb::arg("poses") = "",
-                "Recording of frames in memory, in the order of their stamps; numbered anew. poses: left out, those of "
-                "the frames; \"none\" or \"odometry\". Raises InputError, ConfigError.");
+  recording.def(
+      nb::new_(&recording_of), nb::arg("frames"), nb::arg("rig"), nb::kw_only(), nb::arg("poses") = "",
+      "Recording of frames in memory, in the order of their stamps; numbered anew. rig: of all cameras, if frames "
+      "have others. poses: left out, those of the frames; \"none\" or \"odometry\". Raises InputError, ConfigError.");
   recording.def("__len__", [](const Recording& self) { return self.range().end - self.range().first; });
   recording.def("__iter__",
                 [](const std::shared_ptr<Recording>& self) { return std::make_unique<FrameIterator>(self); });
@@ -166,6 +167,7 @@ void bind_recording_class(nb::module_& module) {
                 "Returns a recording of consecutive frames; their indices are unchanged. Raises ValueError: a step; "
                 "IndexError: no frames.");
   recording.def_prop_ro("rig", &Recording::rig, "Rig of the frames, for Pipeline.");
+  recording.def_prop_ro("rigs", &Recording::rigs, "Rigs of all cameras, by Frame.camera; the first is rig.");
   recording.def_prop_ro("kind", &kind_of, "Such as \"KITTI odometry sequence\".");
   recording.def_prop_ro(
       "rate_hz", [](const Recording& self) { return app::rate_hz(self.input()); }, "Frames per second.");

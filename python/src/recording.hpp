@@ -6,6 +6,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,7 @@ class Recording {
   [[nodiscard]] const FrameSource& source() const { return *input_->source; }
   [[nodiscard]] io::FrameRange range() const { return range_; }
   [[nodiscard]] MountedRig rig() const { return {source().rig(), input_->extrinsics_given, input_->mask}; }
+  [[nodiscard]] std::vector<MountedRig> rigs() const;
 
   /// The same input with other frames.
   [[nodiscard]] std::shared_ptr<Recording> with(io::FrameRange range) const {
@@ -65,9 +67,12 @@ inline constexpr std::int64_t assumed_step_ns{100'000'000};
 /// Name of a frame without one, such as "000012".
 [[nodiscard]] std::string numbered_name(std::int64_t index);
 
+/// Sets the frames of other cameras, and their others, as the others of `frame`.
+void set_others(StereoFrame& frame, std::span<const Frame* const> others);
+
 /// Recording of frames in memory. `poses`: "" those of the frames, "none" or "odometry". Throws InputError,
 /// ConfigError.
-[[nodiscard]] std::shared_ptr<Recording> recording_of(const std::vector<const Frame*>& frames, const MountedRig& rig,
+[[nodiscard]] std::shared_ptr<Recording> recording_of(const std::vector<const Frame*>& frames, const RigOrRigs& rig,
                                                       const std::string& poses);
 
 /// Loads the frames of a recording in order, as `stereogrid run` does: on background threads, with poses placed.

@@ -201,6 +201,49 @@ std::map<std::string, double> times_of(const Result& self) {
   return times;
 }
 
+std::vector<std::string> texts_of(const std::vector<Warning>& warnings) {
+  std::vector<std::string> texts;
+  for (const Warning& warning : warnings) texts.push_back(warning.text);
+  return texts;
+}
+
+void bind_cameras(nb::module_& module, nb::class_<Result>& result) {
+  nb::class_<FrameResult> camera{module, "CameraResult",
+                                 "Result of one of several cameras alone. Views in the cells of FrameResult.grid."};
+  const auto of = [](nb::handle self) -> const FrameResult& { return nb::cast<const FrameResult&>(self); };
+  camera.def_ro("has_images", &FrameResult::has_images, "False: the camera has no images in this frame.");
+  camera.def_prop_ro(
+      "rig", [](const FrameResult& self) { return MountedRig{self.rig}; }, "Rig of this frame.");
+  camera.def_ro("ground", &FrameResult::ground);
+  camera.def_ro("obstacle_density", &FrameResult::obstacle_density, "Share of the pixels.");
+  camera.def_ro("road_density", &FrameResult::road_density, "Share of the pixels.");
+  camera.def_prop_ro(
+      "observed", [of](nb::handle self) { return view_of(of(self).observed, self); }, occupancy_text);
+  camera.def_prop_ro(
+      "elevation_m", [of](nb::handle self) { return view_unless_empty(of(self).elevation_m, self); },
+      "Above the ground plane; NaN = unseen. None: ground.model is plane.");
+  camera.def_prop_ro(
+      "terrain", [of](nb::handle self) { return bytes_of(of(self).terrain, self); },
+      "Class of the ground, numbers of TERRAIN_CLASSES. None: ground.model is plane.");
+  camera.def_ro("stages", &FrameResult::stages,
+                "Images between the stages; those of the first camera are FrameResult.stages.");
+  camera.def_ro("status", &FrameResult::status);
+  camera.def_prop_ro("warnings", [](const FrameResult& self) { return texts_of(self.warnings); });
+  camera.def("__repr__", [](const FrameResult& self) {
+    return repr_of("CameraResult", std::pair{"has_images", self.has_images},
+                   std::pair{"obstacle_density", self.obstacle_density});
+  });
+  result.def_prop_ro(
+      "cameras",
+      [](nb::handle self) {
+        nb::list views;
+        for (const FrameResult& one : data_of(self).cameras)
+          views.append(nb::cast(&one, nb::rv_policy::reference_internal, self));
+        return views;
+      },
+      nb::sig("def cameras(self) -> list[CameraResult]"), "One for each of several Pipeline.rigs; one camera: empty.");
+}
+
 void bind_facts(nb::class_<Result>& result) {
   result.def_ro("name", &Result::name).def_ro("index", &Result::index).def_ro("stamp_ns", &Result::stamp_ns);
   result.def_prop_ro(
@@ -234,11 +277,7 @@ void bind_facts(nb::class_<Result>& result) {
   result.def_prop_ro("timing_ms", &times_of, "Wall-clock times of the stages.");
   result.def_prop_ro(
       "status", [](const Result& self) { return self.data.status; }, "Flags to check before relying on the grids.");
-  result.def_prop_ro("warnings", [](const Result& self) {
-    std::vector<std::string> texts;
-    for (const Warning& warning : self.data.warnings) texts.push_back(warning.text);
-    return texts;
-  });
+  result.def_prop_ro("warnings", [](const Result& self) { return texts_of(self.data.warnings); });
   result.def(
       "save",
       [](const Result& self, const std::filesystem::path& path, const std::vector<std::string>& layers) {
@@ -289,6 +328,7 @@ void bind_result(nb::module_& module) {
   nb::class_<Result> result{module, "FrameResult",
                             "Result of a frame. Arrays are read-only; views keep the result alive and never change."};
   bind_grids(result);
+  bind_cameras(module, result);
   bind_facts(result);
 }
 

@@ -24,6 +24,7 @@ from . import _core, display
 from ._core import (
     TERRAIN_CLASSES,
     WITNESSES,
+    CameraResult,
     Config,
     ConfigError,
     DeviceError,
@@ -72,6 +73,7 @@ __version__ = _core.version()
 __all__ = [
     "TERRAIN_CLASSES",
     "WITNESSES",
+    "CameraResult",
     "Config",
     "ConfigError",
     "DeviceError",
@@ -160,7 +162,7 @@ def run(
     name = config if isinstance(config, str) else "default"
     if name == "auto":
         name = preset_for(recording)
-    pipeline = Pipeline(preset(name) if isinstance(config, str) else config, recording.rig, device=device)
+    pipeline = Pipeline(preset(name) if isinstance(config, str) else config, recording.rigs, device=device)
     is_shown = sys.stderr.isatty() if bar is None else bar
     begin_s = time.monotonic()
     with RunWriter(out, recording, pipeline, preset=name, resume=resume) as writer:

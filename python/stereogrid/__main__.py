@@ -55,7 +55,7 @@ def main() -> int:
         for setting in options.set:
             key, _, value = setting.partition("=")
             config.set(key, value)
-        pipeline = sg.Pipeline(config, recording.rig)
+        pipeline = sg.Pipeline(config, recording.rigs)
         for frame in recording:
             result = pipeline.process(frame)
             print(line(result).rstrip())

@@ -3,13 +3,10 @@
 #include <spdlog/spdlog.h>
 
 #include <cstdint>
-#include <deque>
-#include <filesystem>
 #include <limits>
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "cli/console.hpp"
 #include "cli/program.hpp"
@@ -42,16 +39,7 @@ scenes::SceneOptions scene_options(const SimulateOptions& options) {
 int simulate(const SimulateOptions& options) {
   const scenes::Scene scene{scene_options(options)};
   const std::optional<TruthGrid> truth_grid{options.without_truth ? std::nullopt : std::optional{scene.truth_grid()}};
-  std::deque<io::PlainFolderWriter> writers;  // by camera
-  std::vector<std::string> folders;
-  for (const Rig& rig : scene.rigs()) {
-    const bool is_first{folders.empty()};
-    folders.push_back(fmt::format("camera{}", folders.size()));
-    const std::filesystem::path root{options.folder};
-    writers.emplace_back(scene.rigs().size() == 1 ? root : root / folders.back(), rig,
-                         is_first ? truth_grid : std::nullopt);
-  }
-  if (folders.size() > 1) io::write_cameras_yaml(std::filesystem::path{options.folder} / "calibration.yaml", folders);
+  io::PlainFolderWriter writer{options.folder, scene.rigs(), truth_grid};
   spdlog::info("scene {}: {} frames of {} × {} px", scene.options().name, scene.size(), scene.rig().width_px,
                scene.rig().height_px);
   catch_interrupts();
@@ -61,16 +49,15 @@ int simulate(const SimulateOptions& options) {
     for (; done < scene.size() && interrupted() == 0; ++done) {
       const StereoFrame frame{scene.load(done)};
       if (options.without_truth) {
-        writers.front().write(frame);
+        writer.write(frame);
       } else {
         const FrameTruth truth{scene.truth(done)};
-        writers.front().write(frame, &truth);
+        writer.write(frame, &truth);
       }
-      for (const StereoFrame& other : frame.others) writers[static_cast<std::size_t>(other.camera)].write(other);
       progress.update(done + 1);
     }
   }
-  for (io::PlainFolderWriter& writer : writers) writer.finish();
+  writer.finish();
   if (spdlog::should_log(spdlog::level::info)) print("{} frames in {}\n", done, options.folder);
   return interrupted() == 0 ? exit_done : exit_signal_base + interrupted();
 }

@@ -177,7 +177,18 @@ void refuse_a_full_folder(const std::filesystem::path& folder) {
   }
 }
 
+std::string camera_folder(std::size_t camera) {
+  return "camera" + std::to_string(camera);
+}
+
 }  // namespace
+
+PlainFolderWriter::PlainFolderWriter(const std::filesystem::path& folder, std::span<const Rig> rigs,
+                                     std::optional<TruthGrid> truth)
+    : PlainFolderWriter{rigs.size() == 1 ? folder : folder / camera_folder(0), rigs.front(), truth} {
+  for (std::size_t camera{1}; camera < rigs.size(); ++camera)
+    others_.emplace_back(folder / camera_folder(camera), rigs[camera]);
+}
 
 PlainFolderWriter::PlainFolderWriter(const std::filesystem::path& folder, const Rig& rig,
                                      std::optional<TruthGrid> truth)
@@ -199,6 +210,9 @@ void PlainFolderWriter::write(const StereoFrame& frame, const FrameTruth* truth)
   write_png(folder_ / "left" / (frame.name + ".png"), frame.left);
   write_png(folder_ / "right" / (frame.name + ".png"), frame.right);
   poses_.push_back({frame.name, frame.stamp_ns, frame.world_from_vehicle.value_or(Pose2{})});
+  for (const StereoFrame& other : frame.others) {
+    if (!others_.empty()) others_.at(static_cast<std::size_t>(other.camera - 1)).write(other);
+  }
 }
 
 void PlainFolderWriter::finish() {
@@ -208,6 +222,13 @@ void PlainFolderWriter::finish() {
   }
   write_poses_csv(folder_ / "poses.csv", poses_);
   write_calibration_yaml(folder_ / "calibration.yaml", rig_);
+  if (others_.empty()) return;
+  std::vector<std::string> folders{camera_folder(0)};
+  for (PlainFolderWriter& other : others_) {
+    folders.push_back(camera_folder(folders.size()));
+    other.finish();
+  }
+  write_cameras_yaml(folder_.parent_path() / "calibration.yaml", folders);
 }
 
 }  // namespace stereogrid::io

@@ -174,6 +174,25 @@ TEST_F(PlainFolder, WithoutTruth) {
   EXPECT_FALSE(open_recording({{folder / "out"}, {}, ""})->has_truth());
 }
 
+TEST_F(PlainFolder, CamerasHaveFoldersOfTheirOwn) {
+  std::array rigs{rig, rig};
+  rigs[1].camera_x_m = -1;
+  rigs[1].camera_yaw_rad = 3;
+  const FrameTruth truth{made_up_truth("a", 3)};
+  StereoFrame frame{frame_of(truth)};
+  frame.others.push_back(frame_of(truth));
+  frame.others[0].camera = 1;
+  PlainFolderWriter writer{folder / "out", rigs, grid};
+  writer.write(frame, &truth);
+  expect_error([&] { static_cast<void>(open_recording({{folder / "out"}, {}, ""})); }, {"out"});
+  writer.finish();
+  const auto recording{open_recording({{folder / "out"}, {}, ""})};
+  EXPECT_TRUE(std::ranges::equal(recording->rigs(), rigs));
+  EXPECT_TRUE(recording->has_truth());
+  ASSERT_EQ(recording->load(0).others.size(), 1U);
+  EXPECT_EQ(recording->load(0).others[0].left, frame.left);
+}
+
 TEST_F(PlainFolder, TruthErrors) {
   write(made_up_truth("a", 3));
   const fs::path truth{folder / "out" / "truth"};

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -42,15 +43,20 @@ class STEREOGRID_EXPORT TruthReader {
   std::map<std::string, std::string> lines_;  // lines of objects.jsonl, by frame
 };
 
-/// Writes a recording in the plain-folder layout. Call write() for each frame, then finish(): calibration.yaml,
-/// poses.csv and objects.jsonl come last, so that a folder half-written is not taken for a whole one.
+/// Writes a recording in the plain-folder layout; several cameras in folders camera0, camera1 … of it. Call write() for
+/// each frame, then finish(): calibration.yaml, poses.csv and objects.jsonl come last, so that a folder half-written is
+/// not taken for a whole one.
 class STEREOGRID_EXPORT PlainFolderWriter {
  public:
   /// `truth`: the cells that ground truth is given on; none: the recording has no truth. Throws InputError where the
   /// folder already holds images, DeviceError where it cannot be written.
   PlainFolderWriter(const std::filesystem::path& folder, const Rig& rig, std::optional<TruthGrid> truth = std::nullopt);
+  /// `rigs`: of each StereoFrame::camera, one at least. The first one's folder has the truth.
+  PlainFolderWriter(const std::filesystem::path& folder, std::span<const Rig> rigs,
+                    std::optional<TruthGrid> truth = std::nullopt);
 
-  /// `truth` belongs to the frame; nullptr: none. Throws DeviceError.
+  /// Writes the frame of the first camera, and its others. `truth` belongs to the frame; nullptr: none. Throws
+  /// DeviceError.
   void write(const StereoFrame& frame, const FrameTruth* truth = nullptr);
 
   /// Throws DeviceError.
@@ -62,6 +68,7 @@ class STEREOGRID_EXPORT PlainFolderWriter {
   std::optional<TruthGrid> truth_;
   std::vector<NamedPose> poses_;
   std::string objects_;
+  std::vector<PlainFolderWriter> others_;  // other cameras, by StereoFrame::camera − 1
 };
 
 /// The labels of a frame.
