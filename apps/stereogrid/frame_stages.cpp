@@ -127,7 +127,8 @@ PoseStage::Placed PoseStage::place(StereoFrame& frame) {
   for (StereoFrame& other : frame.others) {
     if (poses_ != PoseSource::input) other.world_from_vehicle.reset();
   }
-  if (!odometry_) return {};
+  if (odometry_ && frame.left.empty()) frame.world_from_vehicle.reset();
+  if (!odometry_ || frame.left.empty()) return {};
   OdometryStep step{odometry_->update(frame)};
   const Pose2 vehicle_from_camera{camera_place(rig_)};
   frame.world_from_vehicle = step.world_from_vehicle;
@@ -143,7 +144,7 @@ PoseStage::Placed PoseStage::place(StereoFrame& frame) {
 
 void PoseStage::place(io::QueuedFrame& queued) {
   Placed placed{place(*queued.frame)};
-  queued.warning = std::move(placed.warning);
+  if (placed.warning) queued.warning = std::move(placed.warning);
   queued.covariances = placed.covariances;
 }
 

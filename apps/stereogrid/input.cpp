@@ -178,6 +178,7 @@ io::RunDescription describe_run(const Input& input, const InputOptions& options,
   run.matcher = given ? "given" : "own";
   run.device = std::string{name_of(pipeline.back_end())};
   run.rig = pipeline.rig();
+  run.other_rigs.assign(pipeline.rigs().begin() + 1, pipeline.rigs().end());
   run.grid = pipeline.vehicle_grid();
   run.world_grid = pipeline.world_grid();
   run.simd_target = std::string{simd_target()};

@@ -87,7 +87,7 @@ struct StereoFrame {
   std::string name;                         ///< name in the input; used for output files
   std::int64_t index{0};                    ///< index in the input, from 0
   std::int64_t stamp_ns{0};                 ///< time of exposure, ns since any fixed instant
-  Image<std::uint8_t> left;                 ///< reference image; assign() of pixel_view.hpp fills it from other memory
+  Image<std::uint8_t> left;                 ///< reference image, see assign(); empty: only `others` have images
   Image<std::uint8_t> right;                ///< same size; empty: `disparity` is used
   Image<float> disparity;                   ///< px of the left image, 0 = none; empty if there is a right image
   std::optional<Pose2> world_from_vehicle;  ///< none: unknown

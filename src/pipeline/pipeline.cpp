@@ -2,8 +2,11 @@
 #include "stereogrid/pipeline.hpp"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
+#include <cmath>
 #include <iterator>
+#include <limits>
 #include <optional>
 #include <stdexcept>
 #include <type_traits>
@@ -52,6 +55,30 @@ Config resolved(Config config, std::span<const Rig> rigs, std::size_t camera, bo
     matching.external_sigma_px = std::min(sigma_px, 10.0);
   }
   return config;
+}
+
+// True: a ray from a point passes through the grid.
+bool crosses(const GridGeometry& grid, Point2 from, double heading_rad) {
+  double enters_m{0};
+  double leaves_m{std::numeric_limits<double>::infinity()};
+  const auto clip = [&](double at, double along, double begin, double cells) {
+    const double first_m{(begin - at) / along};
+    const double second_m{(begin + cells * grid.cell_size_m - at) / along};
+    enters_m = std::max(enters_m, std::min(first_m, second_m));
+    leaves_m = std::min(leaves_m, std::max(first_m, second_m));
+  };
+  clip(from.x, std::cos(heading_rad), grid.x_min_m, grid.nx);
+  clip(from.y, std::sin(heading_rad), grid.y_min_m, grid.ny);
+  return enters_m < leaves_m;
+}
+
+// True: the optical axis and both sides of the view pass through the grid.
+bool contains_view(const GridGeometry& grid, const Rig& rig) {
+  const double left_rad{std::atan(rig.cx_px / rig.focal_px)};
+  const double right_rad{-std::atan((rig.width_px - rig.cx_px) / rig.focal_px)};
+  return std::ranges::all_of(std::array{left_rad, 0.0, right_rad}, [&](double bearing_rad) {
+    return crosses(grid, {rig.camera_x_m, rig.camera_y_m}, rig.camera_yaw_rad + bearing_rad);
+  });
 }
 
 std::string_view name_of(BackEnd back_end) {
@@ -171,7 +198,8 @@ struct Pipeline::Implementation {
                        "Give one of each camera."};
     }
     frames_in.clear();
-    frames_in.push_back({frame, images});
+    const bool has_images{!images.left.empty() || !images.right.empty() || !images.disparity.empty()};
+    if (has_images || frame.others.empty() || !has_others) frames_in.push_back({frame, images});
     for (const StereoFrame& other : frame.others) {
       if (has_others) frames_in.push_back({other, other});
     }
@@ -197,7 +225,21 @@ struct Pipeline::Implementation {
       throw;
     }
     is_unfinished = false;
+    if (!std::exchange(has_checked_views, true)) check_views(into);
     into.timing_ms.total = watch.lap();
+  }
+
+  void check_views(FrameResult& into) const {
+    for (std::size_t i{0}; i < cameras(); ++i) {
+      if (contains_view(into.vehicle.geometry, given_rigs[i])) continue;
+      into.warnings.push_back({prefix_of(i) +
+                               "directions of the camera's view lie outside of the grid. Set grid.rear_m, "
+                               "grid.length_m or grid.width_m."});
+    }
+  }
+
+  [[nodiscard]] std::string prefix_of(std::size_t camera) const {
+    return cameras() == 1 ? "" : "camera " + std::to_string(camera) + ": ";
   }
 
   // A GPU that is lost, or whose driver fails: `automatic` continues on the CPU.
@@ -296,8 +338,7 @@ struct Pipeline::Implementation {
       Rig& rig{all[camera]};
       rig = as_written(with_extrinsics(rig, seen_from(one.ground, input.camera(camera).turned_rad())));
       estimated[camera] = 1;
-      messages.push_back(
-          {(cameras() == 1 ? "" : "camera " + std::to_string(one.camera) + ": ") + extrinsics_message(rig)});
+      messages.push_back({prefix_of(camera) + extrinsics_message(rig)});
     }
     set_rigs(all, estimated);  // may equal the assumed extrinsics
     return messages;
@@ -354,6 +395,7 @@ struct Pipeline::Implementation {
     input = std::move(loaded);
     frames = std::move(made);
     is_unfinished = false;
+    has_checked_views = true;  // in an earlier frame
   }
 
   std::vector<Rig> given_rigs;
@@ -370,6 +412,7 @@ struct Pipeline::Implementation {
   std::vector<CameraImages> frames_in;         // frames in work, by camera
   GridGeometry window;                         // window of the last frame
   std::vector<std::uint8_t> is_mask_of_frame;  // by camera: the mask has pixels that its last frame ignores
+  bool has_checked_views{false};
   bool is_unfinished{false};  // the stages have begun a frame that has thrown: the next one starts anew
   std::atomic_flag in_use;
 };

@@ -43,6 +43,59 @@ TEST_F(RecordingTest, KittiOdometryMayStartAnywhere) {
   EXPECT_THAT(recording->contents().notes, Contains(HasSubstr("poses_gt.txt")));
 }
 
+/// Folders front and rear of three frames each.
+void put_cameras(const fs::path& root) {
+  put_plain(root / "front");
+  put_plain(root / "rear");
+  put(root / "rear" / "calibration.yaml",
+      "image: {width_px: 65, height_px: 33}\nfocal_px: 60\ncx_px: 32\ncy_px: 16\nbaseline_m: 0.2\n"
+      "mount: {camera_height_m: 1.2, camera_x_m: -1, camera_yaw_rad: 3}\n");
+  put(root / "calibration.yaml", "cameras: [front, rear]\n");
+}
+
+TEST_F(RecordingTest, CamerasOfOneVehicle) {
+  put_cameras(folder.path());
+  const auto recording{open()};
+  ASSERT_EQ(recording->rigs().size(), 2U);
+  EXPECT_EQ(recording->rigs()[1].camera_yaw_rad, 3);
+  const StereoFrame frame{recording->load(1)};
+  ASSERT_EQ(frame.others.size(), 1U);
+  EXPECT_EQ(frame.others[0].camera, 1);
+  EXPECT_EQ(frame.others[0].stamp_ns, frame.stamp_ns);
+  EXPECT_EQ(frame.others[0].left(0, 0), 11);
+}
+
+TEST_F(RecordingTest, ACameraMayMissImages) {
+  put_cameras(folder.path());
+  fs::remove(folder / "front" / "left" / "b.png");
+  fs::remove(folder / "rear" / "right" / "c.png");
+  const auto recording{open()};
+  const StereoFrame frame{recording->load(1)};
+  EXPECT_TRUE(frame.left.empty());
+  EXPECT_EQ(frame.name, "b");
+  EXPECT_EQ(frame.index, 1);
+  EXPECT_EQ(frame.stamp_ns, 100'000'005);
+  EXPECT_EQ(frame.world_from_vehicle->x_m, 1);
+  ASSERT_EQ(frame.others.size(), 1U);
+  EXPECT_EQ(frame.others[0].left(0, 0), 11);
+  EXPECT_TRUE(recording->load(2).others.empty());
+  FrameQueue queue{*recording, 0, 3};
+  EXPECT_FALSE(queue.next()->warning);
+  EXPECT_THAT(queue.next()->warning.value(), HasSubstr("camera 0 has no usable images"));
+  fs::remove(folder / "rear" / "right" / "b.png");
+  expect_error([&] { static_cast<void>(open()->load(1)); }, {"left", "b.png", "missing"});
+}
+
+// A frame of the slower camera is used once.
+TEST_F(RecordingTest, CamerasMayHaveDifferentRates) {
+  put_cameras(folder.path());
+  fs::remove(folder / "rear" / "left" / "b.png");
+  fs::remove(folder / "rear" / "right" / "b.png");
+  put(folder / "rear" / "poses.csv", "name,stamp_ns,x_m,y_m,yaw_rad\na,5,0,0,0\nc,200000005,2,0,0.1\n");
+  const auto recording{open()};
+  for (const std::size_t index : {0U, 1U, 2U}) EXPECT_EQ(recording->load(index).others.size(), index == 1 ? 0U : 1U);
+}
+
 TEST_F(RecordingTest, FramesFileSaysWhichFramesTheLinesBelongTo) {
   put_odometry(folder.path());
   put_pairs(folder / "image_0", folder / "image_1", {"000001"});  // a frame that is not listed

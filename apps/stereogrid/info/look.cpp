@@ -77,6 +77,7 @@ class Looking {
     ++look_.looked_at;
     try {
       const StereoFrame frame{source_.load(index)};
+      if (frame.left.empty()) return report(fmt::format("frame {}: camera 0 has no usable images", frame.name));
       ++look_.usable;
       if (look_.usable == 1 && input_.recording != nullptr) {
         for (std::string& text : faults_of_frame(frame, context())) report(std::move(text));

@@ -27,8 +27,10 @@ float occupancy_at(const StageImages& stages, int u, float disparity) {
   return bin > 0 && bin < stages.occupancy.height() ? stages.occupancy(u, bin) : 0.5F;
 }
 
-cv::Mat grey_image(const StereoFrame& frame) {
+/// The left image; black where the camera has none.
+cv::Mat grey_image(const StereoFrame& frame, const Rig& rig) {
   const Image<std::uint8_t>& left{frame.left};
+  if (left.empty()) return cv::Mat::zeros(rig.height_px, rig.width_px, CV_8UC1);
   cv::Mat grey(left.height(), left.width(), CV_8UC1);
   std::copy(left.begin(), left.end(), grey.begin<std::uint8_t>());
   return grey;
@@ -45,7 +47,7 @@ cv::Matx33d camera_from_level(const Rig& rig, const Rig& level_rig) {
 
 /// The left image (grey) as the stages saw it.
 cv::Mat level_image(const StereoFrame& frame, const Rig& rig) {
-  const cv::Mat grey{grey_image(frame)};
+  const cv::Mat grey{grey_image(frame, rig)};
   const LevelMapping mapping{rig};
   if (mapping.is_identity()) return grey;
   const Rig& level_rig{mapping.level_rig()};
@@ -112,7 +114,7 @@ void draw_camera(Canvas& canvas, const Box& box, const StereoFrame& frame, const
 
 std::vector<std::uint8_t> annotated_jpeg(const StereoFrame& frame, const FrameResult& result, const Rig& rig) {
   constexpr int quality{80};
-  const cv::Mat grey{grey_image(frame)};
+  const cv::Mat grey{grey_image(frame, rig)};
   const LevelMapping mapping{rig};
   cv::Mat1b kinds{classes_of(result, mapping.level_rig())};
   if (!mapping.is_identity()) {

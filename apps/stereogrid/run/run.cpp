@@ -82,7 +82,7 @@ io::RunRecord record_of(const RunOptions& options, const Input& input, const Pip
   io::RunRecord record{options.folder, std::move(run)};
   const StereoFrame first{first_usable_frame(*input.source, range)};
   if (const auto problem{io::finding_if_swapped(first)}) throw InputError{*problem};
-  if (input.recording != nullptr) {
+  if (input.recording != nullptr && !first.left.empty()) {
     const Rig& rig{input.source->rig()};
     for (const std::string& text : faults_of_frame(first, {input, pipeline.config(), rig, rig, {}})) {
       spdlog::warn("{}", text);

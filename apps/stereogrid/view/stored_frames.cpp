@@ -138,6 +138,7 @@ class StoredFrames final : public PlayedFrames {
     if (!input_ || frame.index >= input_->source->size() || input_->source->name(frame.index) != frame.name) return {};
     try {
       const StereoFrame loaded{input_->source->load(frame.index)};
+      if (loaded.left.empty()) return {};
       return io::encode_jpeg({loaded.left.data(), loaded.left.width(), loaded.left.height()}, quality);
     } catch (const InputError&) {
       return {};

@@ -40,6 +40,7 @@ Slot load(const FrameSource& source, std::size_t index) {
   guarded(slot, [&](QueuedFrame& frame) {
     frame.name = source.name(index);
     frame.frame = source.load(index);
+    if (frame.frame->left.empty()) frame.warning = "camera 0 has no usable images: the others are used";
   });
   return slot;
 }

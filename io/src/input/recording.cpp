@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <exception>
 #include <utility>
 
 #include "files/file_access.hpp"
@@ -211,10 +212,23 @@ std::optional<std::size_t> frame_at(const std::vector<RecordedFrame>& frames, st
 }  // namespace
 
 StereoFrame Recording::load(std::size_t index) const {
-  StereoFrame frame{load_own(index)};
+  const RecordedFrame& listed{contents_.frames.at(index)};
+  StereoFrame frame;
+  std::exception_ptr failure;
+  try {
+    frame = load_own(index);
+  } catch (const InputError&) {
+    failure = std::current_exception();
+    frame.name = listed.name;
+    frame.index = static_cast<std::int64_t>(index);
+    frame.stamp_ns = listed.stamp_ns;
+    frame.world_from_vehicle = listed.world_from_vehicle;
+  }
   for (std::size_t i{0}; i < others_.size(); ++i) {
-    const auto nearest{frame_at(others_[i]->contents().frames, frame.stamp_ns)};
-    if (!nearest) continue;
+    const std::vector<RecordedFrame>& listed_others{others_[i]->contents().frames};
+    const auto nearest{frame_at(listed_others, listed.stamp_ns)};
+    // a frame of a slower camera belongs to one frame only
+    if (!nearest || frame_at(contents_.frames, listed_others[*nearest].stamp_ns) != index) continue;
     try {
       StereoFrame other{others_[i]->load_own(*nearest)};
       other.camera = static_cast<int>(i + 1);
@@ -222,6 +236,7 @@ StereoFrame Recording::load(std::size_t index) const {
     } catch (const InputError&) {  // the camera observes nothing
     }
   }
+  if (failure && frame.others.empty()) std::rethrow_exception(failure);
   return frame;
 }
 

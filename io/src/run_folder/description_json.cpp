@@ -44,27 +44,29 @@ Json rig_json(const Rig& rig) {
 }
 
 Json settings_json(const RunDescription& run) {
-  return {{"version", version()},
-          {"preset", run.preset},
-          {"config", Json::parse(to_json(run.config))},
-          {"input", json_of(run.input)},
-          {"matcher", run.matcher},
-          {"predict_s", run.predict_s},
-          {"fuse", {{"source", run.fuse_source}}},
-          {"device", run.device},
-          {"compact", run.compact},
-          {"every", run.every},
-          {"layers", run.layers},
-          {"warm_up", run.warm_up},
-          {"rig", rig_json(run.rig)},
-          {"grid",
-           {{"x_min_m", run.grid.x_min_m},
-            {"y_min_m", run.grid.y_min_m},
-            {"cell_size_m", run.grid.cell_size_m},
-            {"nx", run.grid.nx},
-            {"ny", run.grid.ny}}},
-          {"world_grid",
-           {{"cell_size_m", run.world_grid.cell_size_m}, {"nx", run.world_grid.nx}, {"ny", run.world_grid.ny}}}};
+  Json settings{{"version", version()},
+                {"preset", run.preset},
+                {"config", Json::parse(to_json(run.config))},
+                {"input", json_of(run.input)},
+                {"matcher", run.matcher},
+                {"predict_s", run.predict_s},
+                {"fuse", {{"source", run.fuse_source}}},
+                {"device", run.device},
+                {"compact", run.compact},
+                {"every", run.every},
+                {"layers", run.layers},
+                {"warm_up", run.warm_up},
+                {"rig", rig_json(run.rig)},
+                {"grid",
+                 {{"x_min_m", run.grid.x_min_m},
+                  {"y_min_m", run.grid.y_min_m},
+                  {"cell_size_m", run.grid.cell_size_m},
+                  {"nx", run.grid.nx},
+                  {"ny", run.grid.ny}}},
+                {"world_grid",
+                 {{"cell_size_m", run.world_grid.cell_size_m}, {"nx", run.world_grid.nx}, {"ny", run.world_grid.ny}}}};
+  for (const Rig& other : run.other_rigs) settings["other_rigs"].push_back(rig_json(other));
+  return settings;
 }
 
 RunInput run_input_of(const Json& input) {

@@ -104,6 +104,27 @@ TEST_F(RunFiles, RunJsonDescribesWhatWasDone) {
   EXPECT_GT(json["timing_ms"]["total"]["p50"], 0);
 }
 
+// A frame whose first camera has no image is processed with the others.
+TEST_F(Summary, OfADriveWithTwoCameras) {
+  const fs::path drive{folder / "drive"};
+  const fs::path run{folder / "run"};
+  run_well({"simulate", "scene:around?cameras=2&turn_deg=180&focal=96", "--frames", "4", "--width", "192", "--height",
+            "120", "--no-truth", "--out", drive});
+  fs::remove(drive / "camera0" / "left" / "000002.png");
+  run_well({"run", drive, "--out", run, "--pictures", "--set", "grid.rear_m=10", "--set", "grid.length_m=10"});
+  const std::vector<Json> lines(lines_of(run));
+  ASSERT_EQ(lines.size(), 4U);
+  for (const Json& line : lines) {
+    const bool misses{line["name"] == "000002"};
+    EXPECT_EQ(line["warnings"].dump().find("camera 0 has no usable images") != std::string::npos, misses);
+  }
+  EXPECT_EQ(files_in(run / "pictures").size(), 4U);
+  const Json about(json_of(run / "run.json"));
+  ASSERT_EQ(about["other_rigs"].size(), 1U);
+  EXPECT_EQ(about["other_rigs"][0]["focal_px"], about["rig"]["focal_px"]);
+  EXPECT_NEAR(about["other_rigs"][0]["camera_yaw_rad"], 3.14159265, 1e-6);
+}
+
 TEST_F(RunFiles, EveryLineHasEveryKey) {
   const std::vector<Json> lines(lines_of(run()));
   ASSERT_EQ(lines.size(), 3U);

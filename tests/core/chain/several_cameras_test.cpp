@@ -162,6 +162,43 @@ TEST(SeveralCameras, FramesMustBeOfTheirCameras) {
   EXPECT_THROW(Pipeline(grid_around(), std::span<const Rig>{}), ConfigError);
 }
 
+TEST(SeveralCameras, AGridWithoutTheirViewsIsReportedOnce) {
+  const Scene scene{scenes::parse_scene("around?cameras=4&width=256&height=160&focal=256&frames=3"), 2};
+  const auto warned_cameras = [&](const Config& config, std::span<const Rig> rigs) {
+    Pipeline pipeline{config, rigs, {.threads = 2}};
+    std::string cameras;
+    for (std::size_t i{0}; i < 2; ++i) {
+      for (const Warning& warning : pipeline.process(scene.load(i)).warnings) {
+        EXPECT_TRUE(warning.text.find("camera's view lie outside of the grid") != std::string::npos) << warning.text;
+        if (warning.text.starts_with("camera ")) cameras += warning.text[7];
+        EXPECT_EQ(i, 0u);
+      }
+    }
+    return cameras;
+  };
+  EXPECT_EQ(warned_cameras(grid_around(), scene.rigs()), "");
+  EXPECT_EQ(warned_cameras(preset("default"), scene.rigs()), "123") << "half of the views to the sides is behind";
+  Config behind{preset("default")};
+  behind.grid.rear_m = 5;
+  EXPECT_EQ(warned_cameras(behind, scene.rigs()), "");
+}
+
+// The first frame may have no images: the other cameras' are used.
+TEST(SeveralCameras, TheFirstMayHaveNoImages) {
+  const Scene scene{scenes::parse_scene(four_cameras), 2};
+  Pipeline pipeline{grid_around(), scene.rigs(), {.threads = 2}};
+  Pipeline same{grid_around(), scene.rigs(), {.threads = 2}};
+  StereoFrame frame{scene.load(0)};
+  const FrameResult& expected{same.process(without(frame, 0))};
+  frame.left = frame.right = {};
+  const FrameResult& result{pipeline.process(frame)};
+  expect_equal(result, expected);
+  EXPECT_FALSE(result.cameras[0].has_images);
+  frame.others.clear();
+  frame.stamp_ns += 100'000'000;
+  EXPECT_THROW(pipeline.process(frame), InputError) << "no images at all";
+}
+
 // Each camera finds its own extrinsics.
 TEST(SeveralCameras, ExtrinsicsAreFoundPerCamera) {
   const Scene scene{scenes::parse_scene("around?cameras=2&width=256&height=160&focal=128&frames=8"), 2};

@@ -56,6 +56,7 @@ struct RunDescription {
   std::size_t every{1};               ///< only frames whose place in the input is a multiple of it are written
   std::vector<std::string> layers{};  ///< arrays of grids/NAME.npz; none: all
   std::size_t warm_up{0};             ///< frames before them that went through the pipeline, too
+  std::vector<Rig> other_rigs{};      ///< rigs of the cameras after the first
 };
 
 }  // namespace stereogrid::io
