@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <opencv2/core/matx.hpp>
 #include <utility>
 
 #include "stereogrid/error.hpp"
@@ -116,6 +117,31 @@ ObservedGrid label_grid(const Image<std::uint8_t>& labels, const Rig& rig, const
 
 }  // namespace
 
+namespace {
+
+/// Covariance of vehicle_from_camera · pose · vehicle_from_camera⁻¹, of a pose with this heading.
+std::array<double, 9> of_vehicle(const std::array<double, 9>& of_camera, const Pose2& vehicle_from_camera,
+                                 double heading_rad) {
+  const double turn_rad{vehicle_from_camera.yaw_rad};
+  const Pose2 lever{inverse(vehicle_from_camera)};
+  const Point2 by_heading{Pose2{0, 0, turn_rad + heading_rad} * Point2{-lever.y_m, lever.x_m}};
+  const cv::Matx33d turn{std::cos(turn_rad),
+                         -std::sin(turn_rad),
+                         by_heading.x,
+                         std::sin(turn_rad),
+                         std::cos(turn_rad),
+                         by_heading.y,
+                         0,
+                         0,
+                         1};
+  const cv::Matx33d covariance{turn * cv::Matx33d{of_camera.data()} * turn.t()};
+  std::array<double, 9> made{};
+  std::ranges::copy(covariance.val, made.begin());
+  return made;
+}
+
+}  // namespace
+
 PoseStage::PoseStage(PoseSource poses, const Rig& rig, const Image<std::uint8_t>& mask,
                      std::function<bool(std::size_t)> is_kept)
     : poses_{poses}, rig_{rig}, is_kept_{std::move(is_kept)} {
@@ -133,6 +159,8 @@ PoseStage::Placed PoseStage::place(StereoFrame& frame) {
   const Pose2 vehicle_from_camera{camera_place(rig_)};
   frame.world_from_vehicle = step.world_from_vehicle;
   if (vehicle_from_camera != Pose2{}) {  // it is of the camera
+    step.covariances = {of_vehicle(step.covariances.pose, vehicle_from_camera, step.world_from_vehicle.yaw_rad),
+                        of_vehicle(step.covariances.motion, vehicle_from_camera, 0)};
     frame.world_from_vehicle = vehicle_from_camera * step.world_from_vehicle * inverse(vehicle_from_camera);
   }
   if (const auto index{static_cast<std::size_t>(frame.index)}; is_kept_ && is_kept_(index)) {

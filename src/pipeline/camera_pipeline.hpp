@@ -43,10 +43,15 @@ inline Rig as_written(Rig rig) {
 /// Message about estimated extrinsics, with the line for calibration.yaml.
 inline std::string extrinsics_message(const Rig& rig) {
   std::array<char, 320> text{};
+  std::array<char, 160> place{};
+  if (camera_place(rig) != Pose2{}) {
+    std::snprintf(place.data(), place.size(), ", camera_x_m: %.9g, camera_y_m: %.9g, camera_yaw_rad: %.9g",
+                  rig.camera_x_m, rig.camera_y_m, rig.camera_yaw_rad);
+  }
   std::snprintf(text.data(), text.size(),
                 "the extrinsics are estimated from the images. "
-                "For calibration.yaml: mount: {camera_height_m: %.3f, camera_pitch_rad: %.4f, camera_roll_rad: %.4f}",
-                rig.camera_height_m, rig.camera_pitch_rad, rig.camera_roll_rad);
+                "For calibration.yaml: mount: {camera_height_m: %.3f, camera_pitch_rad: %.4f, camera_roll_rad: %.4f%s}",
+                rig.camera_height_m, rig.camera_pitch_rad, rig.camera_roll_rad, place.data());
   return text.data();
 }
 

@@ -12,9 +12,11 @@
 #include <cmath>
 #include <numbers>
 #include <thread>
+#include "frame_stages.hpp"
 #include "ros2/ros2_source.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/rosbag/transforms.hpp"
+#include "stereogrid/scenes/scene.hpp"
 
 namespace stereogrid::app::testing {
 namespace {
@@ -314,6 +316,30 @@ TEST(PoseBuffer, KeepsTheLastSeconds) {
   for (std::int64_t i{0}; i < 10'000; ++i) buffer.add({pose_at(i)});
   EXPECT_DOUBLE_EQ(buffer.at(9'000 * ms, 0ms).x_m, 90);
   EXPECT_THAT([&] { (void)buffer.at(5'000 * ms, 0ms); }, ThrowsMessage<InputError>(HasSubstr("instant")));
+}
+
+TEST(PoseStage, CovariancesAreThoseOfTheVehicle) {
+  const scenes::Scene street{scenes::parse_scene("scene:street?frames=3&width=256&height=160")};
+  const auto covariance_of_motion = [&](double camera_y_m, double camera_yaw_rad) {
+    Rig placed{street.rig()};
+    placed.camera_y_m = camera_y_m;
+    placed.camera_yaw_rad = camera_yaw_rad;
+    PoseStage stage{PoseSource::odometry, placed, {}};
+    PoseStage::Placed last;
+    for (std::size_t i{0}; i < street.size(); ++i) {
+      StereoFrame frame{street.load(i)};
+      last = stage.place(frame);
+    }
+    return last.covariances.value().motion;
+  };
+  const auto ahead{covariance_of_motion(0, 0)};
+  const auto aside{covariance_of_motion(0, std::numbers::pi / 2)};
+  EXPECT_NE(ahead[0], ahead[4]);
+  EXPECT_NEAR(aside[0], ahead[4], 1e-12);
+  EXPECT_NEAR(aside[4], ahead[0], 1e-12);
+  const auto moved{covariance_of_motion(2, 0)};
+  EXPECT_GT(ahead[8], 0);
+  EXPECT_NEAR(moved[0], ahead[0] + 4 * ahead[2] + 4 * ahead[8], 1e-12) << "a turn of the vehicle moves the camera";
 }
 
 }  // namespace

@@ -55,10 +55,20 @@ TEST_F(Opening, CamerasAreFoldersOfOneVehicle) {
   EXPECT_EQ(recording->rigs().size(), 2U);
   ASSERT_EQ(recording->load(0).others.size(), 1U);
   EXPECT_EQ(recording->load(0).others.front().camera, 1);
+  EXPECT_THAT(recording->contents().warnings, IsEmpty());
+  fs::remove(folder / "rear" / "right" / "b.png");
+  EXPECT_THAT(open()->contents().warnings, Contains(HasSubstr("an image is missing in 1 of")));
+  put(folder / "rear" / "calibration.yaml",
+      std::string{small_yaml}.substr(0, std::string_view{small_yaml}.find("mount")));
+  expect_refused({"rear", "has no mount", "camera_yaw_rad"});
+  put(folder / "rear" / "calibration.yaml", "cameras: [back]\n");
+  expect_refused({"rear", "lists cameras itself"});
   fs::rename(folder / "rear", folder / "back");
   expect_refused({"rear", "no such file or folder"});
+  put(folder / "calibration.yaml", "cameras: [front, ./front/]\n");
+  expect_refused({"front twice"});
   put(folder / "calibration.yaml", "cameras: []\n");
-  expect_refused({"calibration.yaml", "1 to 8 folders"});
+  expect_refused({"lists 0 folders", "1 to 8"});
   put(folder / "calibration.yaml", "cameras: [{camera_name: left}, {camera_name: right}]\n");  // ost.txt as YAML
   expect_refused({"no stereo recording"});
 }

@@ -52,12 +52,17 @@ void draw_rulers(Canvas& canvas, const TopView& view, const Rig& rig) {
   const double left{std::atan(rig.cx_px / rig.focal_px)};
   const double right{-std::atan((rig.width_px - rig.cx_px) / rig.focal_px)};
   const Stroke stroke{palette().ring, 1};
-  for (const double side : {left, right}) canvas.line({view.at(0, 0), view.at(far_m, std::tan(side) * far_m)}, stroke);
+  const Pose2 camera{camera_place(rig)};
+  const auto at = [&](double x_m, double y_m) {
+    const Point2 place{camera * Point2{x_m, y_m}};
+    return view.at(place.x, place.y);
+  };
+  for (const double side : {left, right}) canvas.line({at(0, 0), at(far_m, std::tan(side) * far_m)}, stroke);
   for (const double range_m : ruler_marks(0, 1.5 * far_m, far_m)) {
     Points arc;
     for (int i{0}; i <= pieces; ++i) {
       const double angle{right + (left - right) * i / pieces};
-      arc.push_back(view.at(range_m * std::cos(angle), range_m * std::sin(angle)));
+      arc.push_back(at(range_m * std::cos(angle), range_m * std::sin(angle)));
     }
     canvas.line(arc, stroke);
   }

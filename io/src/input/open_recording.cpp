@@ -346,8 +346,13 @@ std::vector<fs::path> cameras_in(const InputArguments& arguments) {
   if (!root.has_list("cameras")) return {};
   root.need_only({"cameras"});
   std::vector<fs::path> folders{root.file_names("cameras")};
-  if (folders.empty() || folders.size() > 8) root.fail("has no 1 to 8 folders in 'cameras'.");
-  for (fs::path& folder : folders) folder = arguments.paths.front() / folder;
+  if (folders.empty() || folders.size() > 8)
+    root.fail(fmt::format("lists {} folders in 'cameras'; 1 to 8 are possible.", folders.size()));
+  for (fs::path& folder : folders) folder = (arguments.paths.front() / folder / "").lexically_normal().parent_path();
+  for (const fs::path& folder : folders) {
+    if (std::ranges::count(folders, folder) > 1)
+      root.fail(fmt::format("lists {} twice in 'cameras'.", printable_path(folder)));
+  }
   return folders;
 }
 
@@ -363,7 +368,20 @@ std::unique_ptr<Recording> open_cameras(InputArguments arguments, const std::vec
   std::unique_ptr<Recording> all;
   for (const fs::path& folder : folders) {
     arguments.paths = {folder};
+    if (!cameras_in(arguments).empty()) {
+      throw InputError{printable_path(folder), "lists cameras itself.",
+                       "Name the folders of all stereo pairs in one calibration.yaml."};
+    }
+    arguments.calibration.reset();
+    if (const fs::path file{folder / "calibration.yaml"}; is_there(file)) arguments.calibration = file;
     std::unique_ptr<Recording> camera{open_recording(arguments)};
+    if (folders.size() > 1 && !camera->contents().calibration.has_extrinsics &&
+        camera_place(camera->rig()) == Pose2{}) {
+      throw InputError{printable_path(camera->contents().calibration_file),
+                       "has no mount: where this camera is in the vehicle is unknown.",
+                       "Give calibration.yaml with mount: {camera_x_m, camera_y_m, camera_yaw_rad, camera_height_m}; "
+                       "'from' names another calibration."};
+    }
     all ? all->add_camera(std::move(camera)) : void(all = std::move(camera));
   }
   return all;

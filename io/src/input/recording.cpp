@@ -188,12 +188,6 @@ std::span<const Rig> Recording::rigs() const {
   return rigs_.empty() ? std::span{&rig(), 1} : std::span{rigs_};
 }
 
-void Recording::add_camera(std::unique_ptr<Recording> camera) {
-  if (rigs_.empty()) rigs_.push_back(rig());
-  rigs_.push_back(camera->rig());
-  others_.push_back(std::move(camera));
-}
-
 namespace {
 
 /// The frame nearest in time, within half of its interval; none: there is none.
@@ -209,7 +203,48 @@ std::optional<std::size_t> frame_at(const std::vector<RecordedFrame>& frames, st
   return static_cast<std::size_t>(nearest - frames.begin());
 }
 
+/// Index of the frame of `frames` that belongs to frame `index` of the first camera; none: there is none. A frame of a
+/// slower camera belongs to one frame only.
+std::optional<std::size_t> partner_of(const std::vector<RecordedFrame>& first, std::size_t index,
+                                      const std::vector<RecordedFrame>& frames) {
+  const std::optional<std::size_t> nearest{frame_at(frames, first[index].stamp_ns)};
+  if (!nearest || frame_at(first, frames[*nearest].stamp_ns) != index) return std::nullopt;
+  return nearest;
+}
+
+/// Warns of a camera with few frames beside those of the first one, or with missing images.
+void warn_of_frames(const Recording& camera, std::size_t number, RecordingContents& contents) {
+  const std::vector<RecordedFrame>& frames{camera.contents().frames};
+  std::size_t partners{0};
+  std::size_t incomplete{0};
+  for (std::size_t i{0}; i < contents.frames.size(); ++i) {
+    const auto partner{partner_of(contents.frames, i, frames)};
+    if (!partner) continue;
+    ++partners;
+    incomplete += frames[*partner].left_exists && frames[*partner].right_exists ? 0U : 1U;
+  }
+  const std::string name{fmt::format("camera {}, {}", number, printable_path(camera.contents().root))};
+  if (2 * partners < contents.frames.size()) {
+    contents.warnings.push_back(
+        fmt::format("{}: {} of {} frames of the first camera have a frame of it within half an interval. It observes "
+                    "nothing in the "
+                    "others: check that the cameras have one clock.",
+                    name, partners, contents.frames.size()));
+  }
+  if (incomplete > 0) {
+    contents.warnings.push_back(fmt::format("{}: an image is missing in {} of {} frames. It observes nothing there.",
+                                            name, incomplete, partners));
+  }
+}
+
 }  // namespace
+
+void Recording::add_camera(std::unique_ptr<Recording> camera) {
+  if (rigs_.empty()) rigs_.push_back(rig());
+  warn_of_frames(*camera, rigs_.size(), contents_);
+  rigs_.push_back(camera->rig());
+  others_.push_back(std::move(camera));
+}
 
 StereoFrame Recording::load(std::size_t index) const {
   const RecordedFrame& listed{contents_.frames.at(index)};
@@ -226,11 +261,10 @@ StereoFrame Recording::load(std::size_t index) const {
   }
   for (std::size_t i{0}; i < others_.size(); ++i) {
     const std::vector<RecordedFrame>& listed_others{others_[i]->contents().frames};
-    const auto nearest{frame_at(listed_others, listed.stamp_ns)};
-    // a frame of a slower camera belongs to one frame only
-    if (!nearest || frame_at(contents_.frames, listed_others[*nearest].stamp_ns) != index) continue;
+    const auto partner{partner_of(contents_.frames, index, listed_others)};
+    if (!partner) continue;
     try {
-      StereoFrame other{others_[i]->load_own(*nearest)};
+      StereoFrame other{others_[i]->load_own(*partner)};
       other.camera = static_cast<int>(i + 1);
       frame.others.push_back(std::move(other));
     } catch (const InputError&) {  // the camera observes nothing

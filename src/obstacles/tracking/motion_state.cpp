@@ -14,7 +14,7 @@ constexpr double yaw_rate_lasts_s{6};
 /// In standard deviations.
 constexpr double sure_from{2};
 
-constexpr double unknown{std::numeric_limits<double>::infinity()};
+constexpr double unbounded{std::numeric_limits<double>::infinity()};
 /// Standard deviations of a disparity and of a surface's end in the image, px; and a constant part.
 constexpr double disparity_sigma_px{0.3};
 constexpr double column_sigma_px{3};
@@ -41,8 +41,8 @@ double dot(Point2 a, Point2 b) {
 
 /// Extent of an outline along an axis, and the camera's position on it.
 struct Extent {
-  double least{unknown};
-  double most{-unknown};
+  double least{unbounded};
+  double most{-unbounded};
   double camera{0};
 
   /// Distance of the camera beside it.
@@ -80,12 +80,12 @@ class Viewer {
       if (corner == nullptr || away(point) < away(*corner)) corner = &point;
     }
     const bool is_behind{end == 0 ? extent.camera > extent.most : extent.camera < extent.least};
-    if (corner == nullptr) return {at, unknown, !is_behind};
+    if (corner == nullptr) return {at, unbounded, !is_behind};
     const double sigma{sigma_at(*corner, axes_[axis])};
     if (!is_behind) return {at, sigma, true};
     const bool is_shown{extents_[1 - axis].beside_m() > least_sine * away(*corner) &&
                         extent.most - extent.least > assumed_m + 2 * sigma};
-    return {at, is_shown ? sigma : unknown, false};
+    return {at, is_shown ? sigma : unbounded, false};
   }
 
  private:
@@ -116,8 +116,8 @@ class Viewer {
   Pose2 vehicle_from_world_;
   const Rig& rig_;
   std::array<Extent, 2> extents_;
-  double leftmost_{-unknown};
-  double rightmost_{unknown};
+  double leftmost_{-unbounded};
+  double rightmost_{unbounded};
 };
 
 }  // namespace
@@ -198,7 +198,7 @@ void MotionState::stand_still() {
 }
 
 bool BoxSide::is_seen() const {
-  return sigma_m < unknown;
+  return sigma_m < unbounded;
 }
 
 BoxView::BoxView(const Cluster& cluster, double yaw_rad, const Pose2& camera, const Rig& rig)
@@ -208,7 +208,7 @@ BoxView::BoxView(const Cluster& cluster, double yaw_rad, const Pose2& camera, co
 }
 
 double BoxView::face_sigma_m() const {
-  double sigma{unknown};
+  double sigma{unbounded};
   for (const BoxSide& side : sides[1]) {
     if (side.is_near) sigma = std::min(sigma, side.sigma_m);
   }
@@ -257,7 +257,7 @@ Point2 TrackedBox::middle() const {
 }
 
 double TrackedBox::extent_sigma_m(std::size_t axis) const {
-  // not of three: with an infinite one, libstdc++ says NaN
+  // not of three: with an unbounded one, libstdc++ says NaN
   return std::hypot(std::hypot(sigma_m[axis][0], sigma_m[axis][1]), assumed_sigma_m);
 }
 
