@@ -4,13 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fusion/model.hpp"
+
 namespace stereogrid {
-namespace {
-
-/// Limit of a camera's probability, so that its odds are finite.
-constexpr double surest{0.999};
-
-}  // namespace
 
 void fuse_camera_rows(std::span<const View<const float>> cameras, int begin, int end, View<float> cells) {
   for (int y{begin}; y < end; ++y) {

@@ -33,10 +33,11 @@ struct OtherCells {
   const float* confidence;  ///< null: 1
 };
 
+/// Limit of a source's probability: none makes a cell so certain that nothing could change it any more.
+constexpr double surest{0.999};
+
 /// Adds the other source's cell at the place `at`, if there is one.
 STEREOGRID_HD inline void add(const OtherCells& other, Point2 at, IndependentPool& pool) {
-  // another source must not make a cell so certain that nothing could change it any more
-  constexpr double surest{0.999};
   const GridGeometry& grid{other.geometry};
   const double ix{(at.x - grid.x_min_m) / grid.cell_size_m};
   const double iy{(at.y - grid.y_min_m) / grid.cell_size_m};

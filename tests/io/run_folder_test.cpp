@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <regex>
+
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/npz.hpp"
 #include "stereogrid/io/run_folder/checkpoint.hpp"
@@ -281,6 +283,11 @@ TEST_F(RunFolder, GoesOnWithItsOwnSettingsOnly) {
   other = description();
   other.frames.first = 4;
   expect_error<ConfigError>([&] { RunRecord(folder.path(), other).resume(); }, {"first frame: was 5, is 4"});
+  const std::string record{read_file(folder / "run.json")};
+  put(folder / "run.json", std::regex_replace(record, std::regex{R"(,\s*"rear_m":[^,}]*)"}, ""));
+  expect_error<ConfigError>([&] { RunRecord(folder.path(), description()).resume(); },
+                            {"by another version", "another --out", "config/grid/rear_m: was null"});
+  put(folder / "run.json", record);
   expect_error<ConfigError>([&] { RunRecord(folder.path(), description()).begin(); }, {"already holds a run"});
 }
 

@@ -76,7 +76,9 @@ void check_same_settings(const fs::path& file, const Json& before, const RunDesc
   Json all(then);
   all.update(now);
   std::string differing;
+  bool is_of_this_version{true};
   for (const auto& [key, unused] : all.items()) {
+    if (key.starts_with("/config/")) is_of_this_version &= then.contains(key) && now.contains(key);
     const Json old(then.value(key, Json{}));
     const Json value(now.value(key, Json{}));
     if (old != value)
@@ -87,8 +89,12 @@ void check_same_settings(const fs::path& file, const Json& before, const RunDesc
     differing += fmt::format("\n  first frame: was {}, is {}", json_text(first_before), run.frames.first);
   }
   if (differing.empty()) return;
-  throw ConfigError{fmt::format("{} was begun with other settings; a run continues only with its own:{}",
-                                printable_path(file), differing)};
+  throw ConfigError{fmt::format("{} was begun {}:{}", printable_path(file),
+                                is_of_this_version
+                                    ? "with other settings; a run continues only with its own"
+                                    : "by another version, which has other parameters. Continue with that "
+                                      "version, or give another --out",
+                                differing)};
 }
 
 std::vector<SkippedFrame> skipped_in(const Json& run) {
