@@ -183,6 +183,60 @@ TEST(SeveralCameras, AGridWithoutTheirViewsIsReportedOnce) {
   EXPECT_EQ(warned_cameras(behind, scene.rigs()), "");
 }
 
+// A walker of 1.5 m/s on a circle of 4 m crosses the border of two views, at 45°, in frame 21.
+TEST(SeveralCameras, APersonKeepsItsIdFromViewToView) {
+  const Scene scene{scenes::parse_scene("around?cameras=4&width=256&height=160&focal=128&frames=45"), 2};
+  Pipeline pipeline{grid_around(), scene.rigs(), {.threads = 2}};
+  std::set<std::int64_t> ids;
+  int lost{0};
+  for (std::size_t i{0}; i < scene.size(); ++i) {
+    const std::vector<Obstacle>& obstacles{pipeline.process(scene.load(i)).obstacles};
+    const Point2 walker{Pose2{0, 0, 1.5 / 4 * 0.1 * static_cast<double>(i)} * Point2{4, 0}};
+    const auto distance_m = [&](const Obstacle& o) { return std::hypot(o.x_m - walker.x, o.y_m - walker.y); };
+    const auto nearest = std::ranges::min_element(obstacles, {}, distance_m);
+    const bool is_tracked{nearest != obstacles.end() && nearest->confirmed && distance_m(*nearest) < 1};
+    is_tracked ? void(ids.insert(nearest->id)) : void(++lost);
+  }
+  EXPECT_EQ(ids.size(), 1u);
+  EXPECT_LE(lost, 5) << "until it is confirmed";
+}
+
+/// True: the place lies in the camera's horizontal field of view.
+bool sees(const Rig& rig, Point2 place) {
+  const Point2 seen{inverse(camera_place(rig)) * place};
+  return seen.x > 0 && seen.y < seen.x * rig.cx_px / rig.focal_px &&
+         -seen.y < seen.x * (rig.width_px - rig.cx_px) / rig.focal_px;
+}
+
+// The camera at the back has no frames for 2 s.
+TEST(SeveralCameras, AnUnpluggedCameraLeavesTheOthersCells) {
+  const Scene scene{scenes::parse_scene("around?cameras=4&width=256&height=160&focal=128&frames=28"), 2};
+  Pipeline whole{grid_around(), scene.rigs(), {.threads = 2}};
+  Pipeline part{grid_around(), scene.rigs(), {.threads = 2}};
+  constexpr int unplugged{2};
+  double change{0};
+  int cells{0};
+  for (std::size_t i{0}; i < scene.size(); ++i) {
+    const bool is_unplugged{i >= 4 && i < 24};
+    const StereoFrame frame{scene.load(i)};
+    const FrameResult& expected{whole.process(frame)};
+    const FrameResult& result{part.process(is_unplugged ? without(frame, unplugged) : frame)};
+    const GridGeometry& grid{result.vehicle.geometry};
+    for (int iy{0}; iy < grid.ny; ++iy) {
+      for (int ix{0}; ix < grid.nx; ++ix) {
+        if (sees(scene.rigs()[unplugged], grid.centre(ix, iy))) continue;
+        change += std::abs(result.vehicle.occupancy(ix, iy) - expected.vehicle.occupancy(ix, iy));
+        ++cells;
+      }
+    }
+    const auto is_moving = [](const Obstacle& obstacle) { return obstacle.confirmed && obstacle.moving; };
+    EXPECT_EQ(std::ranges::count_if(result.obstacles, is_moving), std::ranges::count_if(expected.obstacles, is_moving))
+        << i;
+  }
+  EXPECT_GT(cells, 100'000);
+  EXPECT_LT(change / cells, 1e-4);
+}
+
 // The first frame may have no images: the other cameras' are used.
 TEST(SeveralCameras, TheFirstMayHaveNoImages) {
   const Scene scene{scenes::parse_scene(four_cameras), 2};
