@@ -106,6 +106,7 @@ void Replay::run_round(const std::stop_token& stop, int round) {
       if (!last_ns && round == 0) step_ns = 0;
       last_ns = recorded_ns;
       stamp_ns_ += step_ns;
+      for (StereoFrame& other : queued->frame->others) other.stamp_ns += stamp_ns_ - recorded_ns;
       recorded_ns = stamp_ns_;
     }
     due_ = std::max(due_ + real(step_ns), Clock::now());

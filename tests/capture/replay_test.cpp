@@ -7,7 +7,9 @@
 namespace stereogrid::capture::testing {
 namespace {
 
-/// Frames every 20 ms from a stamp far from zero; one of them is damaged.
+constexpr std::int64_t other_later_ns{3'000'000};
+
+/// Frames of two cameras every 20 ms from a stamp far from zero; one of them is damaged.
 class Drive final : public FrameSource {
  public:
   explicit Drive(std::size_t frames, std::size_t damaged = 1000) : frames_{frames}, damaged_{damaged} {}
@@ -21,6 +23,9 @@ class Drive final : public FrameSource {
     frame.name = name(index);
     frame.index = static_cast<std::int64_t>(index);
     frame.stamp_ns = 5'000'000'000 + static_cast<std::int64_t>(index) * 20'000'000;
+    StereoFrame& other{frame.others.emplace_back()};
+    other.camera = 1;
+    other.stamp_ns = frame.stamp_ns + other_later_ns;
     return frame;
   }
 
@@ -39,6 +44,7 @@ TEST(Replay, KeepsThePaceOfTheRecording) {
   while (const auto frame{wait_for_frame(*source)}) {
     if (first_ns == 0) first_ns = frame->frame.stamp_ns;
     last_ns = frame->frame.stamp_ns;
+    EXPECT_EQ(frame->frame.others.at(0).stamp_ns, last_ns + other_later_ns);
     EXPECT_GE(frame->captured - begun, std::chrono::nanoseconds{last_ns - first_ns} - 1ms);
   }
   EXPECT_TRUE(source->has_ended());

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <map>
+#include <span>
 #include <utility>
 
 #include "cli/console.hpp"
@@ -71,11 +72,17 @@ class ResetRequest {
   std::atomic<bool> is_wanted_{false};
 };
 
+/// Rigs of a recording's cameras; of another source that of its pair.
+std::span<const Rig> rigs_of(const LiveInput& input) {
+  const FrameSource* const recorded{input.recording.source.get()};
+  return recorded != nullptr ? recorded->rigs() : std::span{&input.source->rig(), 1};
+}
+
 /// The same frames with another preset, for the page only.
 class OtherPreset {
  public:
   OtherPreset(const LiveOptions& options, const LiveInput& input, server::Server& viewers)
-      : pipeline_{start_pipeline(config_of(options), {&input.source->rig(), 1}, options.device,
+      : pipeline_{start_pipeline(config_of(options), rigs_of(input), options.device,
                                  {.mask = input.mask,
                                   .extrinsics_given = input.recording.extrinsics_given,
                                   .in_world_of_poses = input.in_world_of_poses})},
@@ -280,6 +287,7 @@ PresetChoice preset_choice_of(const LiveInput& input) {
 void warn_of_first_frame(const Input& input, const Config& config) {
   const Rig& rig{input.source->rig()};
   const StereoFrame first{first_usable_frame(*input.source, {0, input.source->size()})};
+  if (first.left.empty()) return;
   for (const std::string& text : faults_of_frame(first, {input, config, rig, rig, {}})) spdlog::warn("{}", text);
 }
 
@@ -296,7 +304,7 @@ int live(const LiveOptions& options) {
   const io::Recording* const recording{input.recording.recording};
   warn_of_unread(parameters, config,
                  {recording != nullptr && recording->gives_disparities(), fused != FusedSource::none});
-  Pipeline pipeline{start_pipeline(config, {&input.source->rig(), 1}, options.device,
+  Pipeline pipeline{start_pipeline(config, rigs_of(input), options.device,
                                    {.horizons_s = options.predict_s,
                                     .mask = input.mask,
                                     .extrinsics_given = input.recording.extrinsics_given,

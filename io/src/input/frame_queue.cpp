@@ -40,7 +40,8 @@ Slot load(const FrameSource& source, std::size_t index) {
   guarded(slot, [&](QueuedFrame& frame) {
     frame.name = source.name(index);
     frame.frame = source.load(index);
-    if (frame.frame->left.empty()) frame.warning = "camera 0 has no usable images: the others are used";
+    const bool are_only_others{frame.frame->left.empty() && !frame.frame->others.empty()};
+    if (are_only_others) frame.warning = "camera 0 has no usable images: the others are used";
   });
   return slot;
 }
