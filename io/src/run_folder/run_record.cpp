@@ -68,6 +68,18 @@ Json settings_in(const Json& before, const Json& settings) {
   return found.flatten();
 }
 
+/// True if both have the same parameters, with whatever values.
+bool has_same_parameters(const Json& before, const Json& now) {
+  for (const auto& [group, parameters] : now.items()) {
+    const Json there(before.value(group, Json(Json::object())));
+    if (there.size() != parameters.size()) return false;
+    for (const auto& [name, unused] : parameters.items()) {
+      if (!there.contains(name)) return false;
+    }
+  }
+  return true;
+}
+
 /// Throws ConfigError naming the settings that differ.
 void check_same_settings(const fs::path& file, const Json& before, const RunDescription& run) {
   const Json settings(settings_json(run));
@@ -76,9 +88,7 @@ void check_same_settings(const fs::path& file, const Json& before, const RunDesc
   Json all(then);
   all.update(now);
   std::string differing;
-  bool is_of_this_version{true};
   for (const auto& [key, unused] : all.items()) {
-    if (key.starts_with("/config/")) is_of_this_version &= then.contains(key) && now.contains(key);
     const Json old(then.value(key, Json{}));
     const Json value(now.value(key, Json{}));
     if (old != value)
@@ -90,7 +100,7 @@ void check_same_settings(const fs::path& file, const Json& before, const RunDesc
   }
   if (differing.empty()) return;
   throw ConfigError{fmt::format("{} was begun {}:{}", printable_path(file),
-                                is_of_this_version
+                                has_same_parameters(before.value("config", Json(Json::object())), settings.at("config"))
                                     ? "with other settings; a run continues only with its own"
                                     : "by another version, which has other parameters. Continue with that "
                                       "version, or give another --out",
