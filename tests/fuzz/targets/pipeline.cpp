@@ -148,7 +148,8 @@ Config choose_config(Choices& choices) {
 
 /// True: it takes no more memory and time than a try may.
 bool is_small(const Config& config) {
-  const double cells{std::hypot(config.grid.length_m, config.grid.width_m) / config.grid.cell_size_m + 4};
+  const double cells{
+      std::hypot(config.grid.length_m + config.grid.rear_m, config.grid.width_m) / config.grid.cell_size_m + 4};
   const double side{2 * static_cast<double>(config.filter.speeds_mps.size()) + 1};
   return !problems(config).empty() || cells * cells * side * side < 200'000;
 }
