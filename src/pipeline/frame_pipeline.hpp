@@ -20,8 +20,8 @@ struct NewExtrinsics {
 };
 
 /// A frame through all stages, on any back end: each camera's own ones, then one window, filter and list of tracks.
-/// What crosses frames is in the cameras' states, the tracker and the filter's state; what a stage of process() reads
-/// is what an earlier one has returned.
+/// State between frames is in the cameras' states, the tracker and the filter's state. A stage of process() reads
+/// only what an earlier one has returned.
 class FramePipeline {
  public:
   /// The first camera's stages have the filter; the others' are of a CPU back end. `cpu` must outlive the pipeline.
