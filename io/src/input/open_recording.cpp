@@ -6,7 +6,7 @@
 #include <iterator>
 
 #include "input/calibration/calibration_forms.hpp"
-#include "input/calibration/yaml_group.hpp"
+#include "input/camera_folders.hpp"
 #include "input/layout/input_layout.hpp"
 #include "input/poses/recording_poses.hpp"
 #include "input/recording_images.hpp"
@@ -331,60 +331,6 @@ std::unique_ptr<Recording> open_recording_of(const VideoPair& videos, InputArgum
   }
   ForeignRecording found{open_videos(videos, arguments.layout, *arguments.calibration)};
   return open_recording(arguments, std::move(found));
-}
-
-/// Folders of the stereo pairs of one vehicle: 'cameras' of calibration.yaml; empty: another input.
-std::vector<fs::path> cameras_in(const InputArguments& arguments) {
-  if (arguments.paths.size() != 1) return {};
-  const fs::path file{arguments.paths.front() / "calibration.yaml"};
-  try {
-    if (!is_there(file)) return {};
-  } catch (const InputError&) {  // named where the folder is looked at
-    return {};
-  }
-  const YamlGroup root{read_yaml(file)};
-  if (!root.has_list("cameras")) return {};
-  root.need_only({"cameras"});
-  std::vector<fs::path> folders{root.file_names("cameras")};
-  if (folders.empty() || folders.size() > 8)
-    root.fail(fmt::format("lists {} folders in 'cameras'; 1 to 8 are possible.", folders.size()));
-  for (fs::path& folder : folders) folder = (arguments.paths.front() / folder / "").lexically_normal().parent_path();
-  for (const fs::path& folder : folders) {
-    if (std::ranges::count(folders, folder) > 1)
-      root.fail(fmt::format("lists {} twice in 'cameras'.", printable_path(folder)));
-  }
-  return folders;
-}
-
-/// The first folder's recording, with the others as further cameras. Poses beside the folders are all cameras'.
-std::unique_ptr<Recording> open_cameras(InputArguments arguments, const std::vector<fs::path>& folders) {
-  if (arguments.calibration || arguments.disparities || arguments.depth || arguments.mask || arguments.labels) {
-    throw ConfigError{
-        "--calibration, --disparities, --depth, --mask and --labels are of one camera: put the files "
-        "into the cameras' folders."};
-  }
-  const fs::path poses{arguments.paths.front() / "poses.csv"};
-  if (arguments.poses.empty() && is_there(poses)) arguments.poses = poses.string();
-  std::unique_ptr<Recording> all;
-  for (const fs::path& folder : folders) {
-    arguments.paths = {folder};
-    if (!cameras_in(arguments).empty()) {
-      throw InputError{printable_path(folder), "lists cameras itself.",
-                       "Name the folders of all stereo pairs in one calibration.yaml."};
-    }
-    arguments.calibration.reset();
-    if (const fs::path file{folder / "calibration.yaml"}; is_there(file)) arguments.calibration = file;
-    std::unique_ptr<Recording> camera{open_recording(arguments)};
-    if (folders.size() > 1 && !camera->contents().calibration.has_extrinsics &&
-        camera_place(camera->rig()) == Pose2{}) {
-      throw InputError{printable_path(camera->contents().calibration_file),
-                       "has no mount: where this camera is in the vehicle is unknown.",
-                       "Give calibration.yaml with mount: {camera_x_m, camera_y_m, camera_yaw_rad, camera_height_m}; "
-                       "'from' names another calibration."};
-    }
-    all ? all->add_camera(std::move(camera)) : void(all = std::move(camera));
-  }
-  return all;
 }
 
 }  // namespace
