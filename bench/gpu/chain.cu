@@ -19,7 +19,7 @@ constexpr Part parts[]{{"upload", StreamTimes::start, StreamTimes::uploaded},
                        {"answer", StreamTimes::matched, StreamTimes::answered},
                        {"count", StreamTimes::resumed, StreamTimes::counted},
                        {"project", StreamTimes::counted, StreamTimes::projected},
-                       {"filter", StreamTimes::projected, StreamTimes::filtered},
+                       {"filter", StreamTimes::filtering, StreamTimes::filtered},
                        {"download", StreamTimes::filtered, StreamTimes::fetched}};
 
 }  // namespace

@@ -71,7 +71,7 @@ class STEREOGRID_EXPORT Pipeline {
   Pipeline(const Config& config, const Rig& rig, const PipelineOptions& options = {});
   /// Several stereo pairs, 1 to 8, with one window, filter and list of obstacles. Rig::camera_x_m, camera_y_m and
   /// camera_yaw_rad place them; grid.rear_m extends the grid behind the vehicle's origin. PipelineOptions::mask is the
-  /// first camera's. Not supported on a GPU: `automatic` uses the CPU, and `cuda` is rejected.
+  /// first camera's.
   Pipeline(const Config& config, std::span<const Rig> rigs, const PipelineOptions& options = {});
   Pipeline(Pipeline&&) noexcept;
   Pipeline& operator=(Pipeline&&) noexcept;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "clamped_to_int.hpp"
+#include "fusion/model.hpp"
 #include "host_device.hpp"
 #include "numbers.hpp"
 
@@ -24,9 +25,6 @@ struct ViewOfStep {
   float left;   ///< cells to the left, for each cell ahead, that it sees; to the right
   float right;  ///< both negative: nothing is known of the camera
 };
-
-/// Maximum number of cameras of a pipeline.
-constexpr int cameras_max{8};
 
 /// Constants of one filter step.
 struct FilterStep {

@@ -7,9 +7,7 @@
 
 namespace stereogrid {
 
-/// P(occupied) of rows [begin, end) by all cameras, 0.5 = unknown: the mean log odds of those that see a cell
-/// (logarithmic opinion pool). Their errors have common causes, so that two observations are no more evidence than one.
-/// `cells` may be one of `cameras`.
+/// P(occupied) of rows [begin, end) by all cameras, 0.5 = unknown: see CameraPool. `cells` may be one of `cameras`.
 void fuse_camera_rows(std::span<const View<const float>> cameras, int begin, int end, View<float> cells);
 
 }  // namespace stereogrid

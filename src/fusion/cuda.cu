@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cstddef>
 
 #include "fusion/cuda.hpp"
-#include "numbers.hpp"
 
 namespace stereogrid {
 namespace {
@@ -23,13 +23,27 @@ __global__ void fuse_cells(const OtherGridsOnDevice::List* others, const GridInV
   cells(ix, iy) = static_cast<float>(pool.probability());
 }
 
+struct Cameras {
+  View<const float, Device> cells[cameras_max];
+  int count;
+};
+
+__global__ void pool_cameras(Cameras cameras, View<float, Device> cells) {
+  const int ix{static_cast<int>(blockIdx.x * block_width + threadIdx.x)};
+  const int iy{static_cast<int>(blockIdx.y * block_height + threadIdx.y)};
+  if (ix >= cells.width || iy >= cells.height) return;
+  CameraPool pool;
+  for (int i{0}; i < cameras.count; ++i) pool.add(cameras.cells[i](ix, iy));
+  cells(ix, iy) = pool.probability();
+}
+
 constexpr int hold_threads{256};
 
-// A single block: cells are held in few frames.
+// A single block: cells are held in few frames. Several cameras may hold the same; bits of positive floats are ordered.
 __global__ void hold_cells(const RetainedCell* held, const int* count, View<float, Device> cells) {
   for (int i{static_cast<int>(threadIdx.x)}; i < *count; i += hold_threads) {
     float& cell{cells(held[i].cell % cells.width, held[i].cell / cells.width)};
-    cell = Max(cell, held[i].occupancy);
+    atomicMax(reinterpret_cast<int*>(&cell), __float_as_int(held[i].occupancy));
   }
 }
 
@@ -65,6 +79,14 @@ void fuse(Cuda& cuda, const OtherGridsOnDevice& others, const GridInVehicle* gri
           View<float, Device> cells) {
   launch(cuda, fuse_cells, dim3{blocks_for(cells.width, block_width), blocks_for(cells.height, block_height)},
          dim3{block_width, block_height}, 0, others.list(), grid, config, cells);
+}
+
+void fuse_cameras(Cuda& cuda, std::span<const View<const float, Device>> cameras, View<float, Device> cells) {
+  Cameras list{};
+  std::copy(cameras.begin(), cameras.end(), list.cells);
+  list.count = static_cast<int>(cameras.size());
+  launch(cuda, pool_cameras, dim3{blocks_for(cells.width, block_width), blocks_for(cells.height, block_height)},
+         dim3{block_width, block_height}, 0, list, cells);
 }
 
 void hold(Cuda& cuda, const RetainedCell* held, const int* count, View<float, Device> cells) {

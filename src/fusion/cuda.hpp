@@ -36,6 +36,9 @@ class OtherGridsOnDevice {
 void fuse(Cuda& cuda, const OtherGridsOnDevice& others, const GridInVehicle* grid, const FusionConfig& config,
           View<float, Device> cells);
 
+/// fuse_camera_rows() of all rows, equal to the CPU to the bit; up to cameras_max cameras.
+void fuse_cameras(Cuda& cuda, std::span<const View<const float, Device>> cameras, View<float, Device> cells);
+
 /// Raises `cells` to the occupancy of the held ones. `held` and `count` are on the device, or in pinned memory.
 void hold(Cuda& cuda, const RetainedCell* held, const int* count, View<float, Device> cells);
 

@@ -24,7 +24,7 @@ CameraPipeline::CameraPipeline(CameraSetup setup, Cpu& cpu)
       ground_space_{rig_},
       clusters_{rig_, config_.u_disparity, config_.matching.disparities, state_.scene_flow.points_reserved()} {}
 
-CameraFrame CameraPipeline::look(const LevelFrame& frame, const FrameGrids& grids, FrameResult& result) {
+CameraFrame CameraPipeline::begin(const LevelFrame& frame, const FrameGrids& grids, FrameResult& result) {
   if (frame.restarts) reset();
   CameraFrame now{frame, grids, result, estimator_.expected(state_.ground, frame.dt_s)};
   result.has_images = true;
@@ -34,15 +34,19 @@ CameraFrame CameraPipeline::look(const LevelFrame& frame, const FrameGrids& grid
     std::string excess{excess_of(frame.disparity, config_.matching.disparities)};
     if (!excess.empty()) result.warnings.push_back({std::move(excess)});
   }
+  return now;
+}
+
+void CameraPipeline::look(CameraFrame& now) {
+  const LevelFrame& frame{now.frame};
   if (state_.is_first) align_first(now);
   const GroundFit first{stages_->both(
       cpu_, [&] { track_features(now); }, [&] { return fit_ground(now); })};
-  state_.near.compare(matched(frame), now.expected, frame.world_from_camera, grids.window);
+  state_.near.compare(matched(frame), now.expected, frame.world_from_camera, now.grids.window);
   now.ground = rematch(now, first);
   now.rules = find_terrain(now);
   if (state_.terrain && frame.has_external_disparity())
-    stages_->match(frame, grids, state_.alignment, {now.ground.plane, &now.rules.relief});
-  return now;
+    stages_->match(frame, now.grids, state_.alignment, {now.ground.plane, &now.rules.relief});
 }
 
 void CameraPipeline::look_at_nothing(const FrameGrids& grids) {

@@ -86,8 +86,10 @@ class CameraPipeline {
   /// `cpu` must outlive the pipeline.
   CameraPipeline(CameraSetup setup, Cpu& cpu);
 
-  /// Matches, tracked features, ground and terrain of a frame.
-  [[nodiscard]] CameraFrame look(const LevelFrame& frame, const FrameGrids& grids, FrameResult& result);
+  /// Begins a frame: enqueues its matching on the expected ground.
+  [[nodiscard]] CameraFrame begin(const LevelFrame& frame, const FrameGrids& grids, FrameResult& result);
+  /// Matches, tracked features, ground and terrain of the frame.
+  void look(CameraFrame& now);
   /// A frame in which the camera has no images.
   void look_at_nothing(const FrameGrids& grids);
   /// Occupancy of both grids by the frame (IV, V-A). False: both are unknown.

@@ -95,8 +95,6 @@ void check(const Config& config, std::span<const Rig> rigs, const PipelineOption
           "smaller images.");
   require(options.back_end >= BackEnd::cpu && options.back_end <= BackEnd::automatic,
           "There is no such back end: it is cpu, reference, cuda or automatic.");
-  require(rigs.size() < 2 || options.back_end != BackEnd::cuda,
-          "Several cameras are supported on the CPU only: give the back end cpu or automatic.");
   require(options.device >= 0, "The device must be 0 or more: GPUs are counted from 0.");
   require(options.threads >= 0 && options.threads <= threads_max,
           "The number of threads must lie in 0 (all cores) … 1024.");

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "backend/cpu.hpp"
-#include "fusion/cameras.hpp"
 #include "fusion/fusion.hpp"
 #include "geometry/composed.hpp"
 #include "pipeline/results.hpp"
@@ -135,8 +134,9 @@ void FramePipeline::look(const FrameSet& frame, FrameResult& result) {
   now_.clear();
   for (const LevelFrame& one : frame.cameras) {
     FrameResult& seen{has_one_camera() ? result : result.cameras[static_cast<std::size_t>(one.camera)]};
-    now_.push_back(at(one.camera).look(one, grids_of(frame, one.world_from_camera), seen));
+    now_.push_back(at(one.camera).begin(one, grids_of(frame, one.world_from_camera), seen));
   }
+  for (CameraFrame& now : now_) of(now).look(now);
   for (int camera{0}; camera < static_cast<int>(cameras_.size()); ++camera) {
     if (has_frame(camera)) continue;
     at(camera).look_at_nothing(grids_of(frame, frame.world_from_vehicle));
@@ -151,20 +151,11 @@ void FramePipeline::look(const FrameSet& frame, FrameResult& result) {
 void FramePipeline::filter(const FrameGrids& grids, bool is_checked, FrameResult& result) {
   for (const CameraFrame& now : now_) of(now).observe(now, !is_checked || now.is_usable());
   if (!has_one_camera()) {
-    fuse_observed(result);
+    observed_.clear();
+    for (const CameraFrame& now : now_) observed_.push_back({&of(now).stages(), &now.result});
+    at(0).stages().fuse_cameras(observed_, result);
   }
   at(0).stages().filter(grids, {find_velocities(grids), held_cells(is_checked)}, result);
-}
-
-void FramePipeline::fuse_observed(FrameResult& result) {
-  const auto fuse = [this](View<float> cells, const auto& observed_by) {
-    observed_.clear();
-    for (const CameraFrame& now : now_) observed_.push_back(observed_by(now));
-    ranges_of(cpu_)(cells.height, [&](int begin, int end) { fuse_camera_rows(observed_, begin, end, cells); });
-  };
-  fuse(result.observed.view(), [](const CameraFrame& now) { return std::as_const(now.result.observed).view(); });
-  fuse(at(0).stages().observed_window(),
-       [this](const CameraFrame& now) -> View<const float> { return of(now).stages().observed_window(); });
 }
 
 std::span<const VelocityEvidence> FramePipeline::find_velocities(const FrameGrids& grids) {

@@ -24,7 +24,7 @@ struct NewExtrinsics {
 /// only what an earlier one has returned.
 class FramePipeline {
  public:
-  /// The first camera's stages have the filter; the others' are of a CPU back end. `cpu` must outlive the pipeline.
+  /// The first camera's stages have the filter. All are of the same back end. `cpu` must outlive the pipeline.
   FramePipeline(const Config& config, Cpu& cpu, std::vector<CameraSetup> cameras);
   /// One camera.
   FramePipeline(const Config& config, const Rig& level_rig, Cpu& cpu, std::unique_ptr<Stages> stages,
@@ -58,7 +58,6 @@ class FramePipeline {
   /// Each camera's observation, all of them in one window, and a step of the filter. `is_checked`: without unusable
   /// ones.
   void filter(const FrameGrids& grids, bool is_checked, FrameResult& result);
-  void fuse_observed(FrameResult& result);
   [[nodiscard]] std::span<const VelocityEvidence> find_velocities(const FrameGrids& grids);
   [[nodiscard]] std::span<const RetainedCell> held_cells(bool is_checked);
   void publish(const FrameGrids& grids, FrameResult& result);
@@ -81,7 +80,7 @@ class FramePipeline {
   HeldObstacles held_;
   std::vector<FlowVector> vectors_;  // features of several cameras
   std::vector<Cluster> clusters_;
-  std::vector<View<const float>> observed_;
+  std::vector<CameraGrids> observed_;
   std::vector<const FrameTerrain*> terrains_;
   std::vector<NewExtrinsics> new_extrinsics_;
   double filter_flow_ms_{0};

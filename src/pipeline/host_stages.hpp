@@ -2,12 +2,14 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <span>
 #include <type_traits>
 
 #include "backend/cpu.hpp"
 #include "filter/filter.hpp"
+#include "fusion/cameras.hpp"
 #include "fusion/fusion.hpp"
 #include "ground/plane_numbers.hpp"
 #include "matching/checks/external.hpp"
@@ -67,7 +69,18 @@ class HostStages final : public Stages {
     }
   }
 
-  View<float> observed_window() override { return space_.observed_world.view(); }
+  void fuse_cameras(std::span<const CameraGrids> cameras, FrameResult& result) override {
+    const auto fuse_as = [&](View<float> cells, const auto& observed_by) {
+      std::array<View<const float>, cameras_max> observed;
+      std::ranges::transform(cameras, observed.begin(), observed_by);
+      const std::span used{observed.data(), cameras.size()};
+      ranges_of(cpu_)(cells.height, [&](int begin, int end) { fuse_camera_rows(used, begin, end, cells); });
+    };
+    fuse_as(result.observed.view(), [](const CameraGrids& camera) { return camera.result->observed.view(); });
+    fuse_as(space_.observed_world.view(), [](const CameraGrids& camera) {
+      return std::as_const(static_cast<HostStages*>(camera.stages)->space_.observed_world).view();
+    });
+  }
 
   void filter(const FrameGrids& grids, const FilterEvidence& evidence, FrameResult& result) override {
     fuse(grids, evidence.held, result.observed);

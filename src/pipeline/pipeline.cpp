@@ -65,7 +65,17 @@ struct Pipeline::Implementation {
   [[nodiscard]] std::size_t cameras() const { return given_rigs.size(); }
   [[nodiscard]] const Config& config() const { return configs.front(); }
 
+  // Sets options.back_end where it is automatic.
   std::unique_ptr<FramePipeline> make_frames(const std::vector<Rig>& rigs, const std::vector<std::uint8_t>& estimated) {
+    if (options.back_end == BackEnd::automatic) {
+      options.back_end = BackEnd::cuda;
+      try {
+        return make_frames(rigs, estimated);
+      } catch (const DeviceError& error) {  // also: what only the CPU supports
+        why_not_cuda = error.what();
+        options.back_end = BackEnd::cpu;
+      }
+    }
     std::vector<CameraSetup> setups;
     for (std::size_t i{0}; i < rigs.size(); ++i) {
       const LevelMapping mapping{rigs[i]};
@@ -87,31 +97,16 @@ struct Pipeline::Implementation {
     return camera == 0 ? options.mask : none;
   }
 
-  // Sets options.back_end where it is automatic.
   std::unique_ptr<Stages> make_stages(std::size_t camera, const Rig& level_rig, PixelMask mask) {
     const bool is_first{camera == 0};
     const StagesOptions wanted{options.stages, is_first && !options.horizons_s.empty(), is_first ? &result : nullptr,
                                std::move(mask), is_first};
-    BackEnd& used{options.back_end};
-    if (used == BackEnd::cuda) return make_cuda_stages(level_rig, wanted);
-    if (used == BackEnd::automatic) {
-      try {
-        std::unique_ptr<Stages> on_gpu{make_cuda_stages(level_rig, wanted)};
-        used = BackEnd::cuda;
-        return on_gpu;
-      } catch (const DeviceError& error) {  // also: what only the CPU supports
-        why_not_cuda = error.what();
-        used = BackEnd::cpu;
-      }
+    if (options.back_end == BackEnd::cuda) {
+      if (wanted.predictions) throw DeviceError{"Predictions are supported on the CPU only."};
+      return cuda_stages(configs[camera], level_rig, options.device, wanted);
     }
-    return used == BackEnd::reference ? reference_stages(configs[camera], level_rig, cpu, wanted)
-                                      : cpu_stages(configs[camera], level_rig, cpu, wanted);
-  }
-
-  [[nodiscard]] std::unique_ptr<Stages> make_cuda_stages(const Rig& level_rig, const StagesOptions& wanted) const {
-    if (wanted.predictions) throw DeviceError{"Predictions are supported on the CPU only."};
-    if (cameras() > 1) throw DeviceError{"Several cameras are supported on the CPU only."};
-    return cuda_stages(config(), level_rig, options.device, wanted);
+    return options.back_end == BackEnd::reference ? reference_stages(configs[camera], level_rig, cpu, wanted)
+                                                  : cpu_stages(configs[camera], level_rig, cpu, wanted);
   }
 
   void process(const StereoFrame& frame, const FrameImages& images, FrameResult& into) {

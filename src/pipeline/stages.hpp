@@ -113,6 +113,14 @@ struct FilterEvidence {
   std::span<const RetainedCell> held{};
 };
 
+class Stages;
+
+/// A camera's observed grids after observe(): in its stages, and in its result where those work in the host's memory.
+struct CameraGrids {
+  Stages* stages;
+  const FrameResult* result;
+};
+
 /// Constant settings of a back end.
 struct StagesOptions {
   bool stage_images{true};             ///< fill FrameResult::stages
@@ -142,14 +150,16 @@ class Stages {
   virtual const HostMatches& read() = 0;
   /// Occupancy of the vehicle's grid and of the window (IV, V-A) by this camera.
   virtual void observe(const FrameGrids& grids, const Evidence& evidence, FrameResult& result) = 0;
-  /// The window of the last observe() in the host's memory, into which other cameras are fused; empty: on a device.
-  virtual View<float> observed_window() { return {}; }
+  /// Fuses the observed grids of several cameras, all of this back end, by CameraPool: input of filter(). These are the
+  /// stages with the filter, and may be of a camera without a frame.
+  virtual void fuse_cameras(std::span<const CameraGrids> cameras, FrameResult& result) = 0;
   /// Fuses the observed grids with the frame's other grids. Then one step of the filter (V-B), from the state before
   /// the frame, and its layers in the vehicle's grid.
   virtual void filter(const FrameGrids& grids, const FilterEvidence& evidence, FrameResult& result) = 0;
   /// Ends the frame: completes the result's grids, predictions and times of the stages.
   virtual void publish(const FrameGrids& grids, FrameResult& result) = 0;
-  /// After publish(): densities of the camera's matches and, with StagesOptions::stage_images, stages.
+  /// After publish(): densities of the camera's matches, with StagesOptions::stage_images stages, and of several
+  /// cameras its own observed grid.
   virtual void publish_matches(FrameResult& result) = 0;
   /// State of the filter between two frames.
   virtual void exchange(StateArchive archive) = 0;

@@ -4,10 +4,148 @@
 #include <latch>
 #include <thread>
 
+#include "geometry/composed.hpp"
 #include "side_by_side.hpp"
 
 namespace stereogrid::test {
 namespace {
+
+/// Cameras that each see a street of their own, in directions that overlap.
+std::vector<Rig> rigs_around(std::size_t count) {
+  std::vector<Rig> rigs(count, small_rig());
+  for (std::size_t i{0}; i < count; ++i) {
+    rigs[i].camera_x_m = 0.3 * static_cast<double>(i);
+    rigs[i].camera_yaw_rad = 0.2 * static_cast<double>(i);
+  }
+  return rigs;
+}
+
+Config config_around() {
+  Config config{small_config()};
+  config.grid.rear_m = 3;
+  return config;
+}
+
+/// A frame pipeline of several cameras, and its last result.
+struct RunnerAround {
+  RunnerAround(const std::vector<Rig>& all_rigs, bool is_on_gpu)
+      : rigs{all_rigs},
+        frames{config_around(), cpu, setups(is_on_gpu)},
+        result{empty_result(config_around(), rigs[0])} {
+    result.cameras.assign(rigs.size(), result);
+  }
+
+  std::vector<CameraSetup> setups(bool is_on_gpu) {
+    std::vector<CameraSetup> all;
+    for (const Rig& rig : rigs) {
+      const StagesOptions options{.filters = all.empty()};
+      all.push_back({config_around(), rig,
+                     is_on_gpu ? std::make_unique<CudaStages>(config_around(), rig, 0, options)
+                               : reference_stages(config_around(), rig, cpu, options)});
+    }
+    return all;
+  }
+
+  /// `seen`: of the cameras, without images where there is none.
+  void run(const std::vector<StereoFrame>& seen, const Pose2& world_from_vehicle, double dt_s) {
+    std::vector<LevelFrame> level;
+    std::vector<CameraView> views;
+    for (std::size_t i{0}; i < rigs.size(); ++i) {
+      begin_camera(config_around(), result.cameras[i]);
+      if (seen[i].left.empty()) continue;
+      const Pose2 place{composed(world_from_vehicle, camera_place(rigs[i]))};
+      level.push_back({seen[i].left.view(), seen[i].right.view(), {}, place, dt_s, static_cast<int>(i)});
+      views.push_back({place, 0.65, 0.65, 4, 50});
+    }
+    result.status.clear();
+    result.warnings.clear();
+    frames.process({level, world_from_vehicle, dt_s, seen[0].other_grids, views}, result);
+  }
+
+  Cpu cpu{1};
+  std::vector<Rig> rigs;
+  FramePipeline frames;
+  FrameResult result;
+};
+
+void compare_cameras(const FrameResult& gpu, const FrameResult& law) {
+  compare_grids(gpu, law);
+  CHECK(gpu.status == law.status);
+  CHECK(gpu.warnings == law.warnings);
+  for (std::size_t i{0}; i < law.cameras.size(); ++i) {
+    compare(gpu.cameras[i].stages, law.cameras[i].stages);
+    compare(gpu.cameras[i].ground, law.cameras[i].ground);
+    CHECK_EQUAL(differences(gpu.cameras[i].observed, law.cameras[i].observed), 0);
+    CHECK_EQUAL(gpu.cameras[i].road_density, law.cameras[i].road_density);
+    CHECK(gpu.cameras[i].status == law.cameras[i].status);
+  }
+}
+
+/// Cells that all cameras have observed.
+int cells_of_all(const FrameResult& result) {
+  int cells{0};
+  for (std::size_t cell{0}; cell < result.observed.size(); ++cell) {
+    const auto sees = [&](const FrameResult& camera) { return camera.observed.data()[cell] != 0.5f; };
+    cells += std::ranges::all_of(result.cameras, sees) ? 1 : 0;
+  }
+  return cells;
+}
+
+// Frames without some cameras, the one with the filter among them, and with unusable ones; a state saved before them.
+void check_cameras(std::size_t count) {
+  const std::vector<Rig> rigs{rigs_around(count)};
+  const Street street{small_rig()};
+  Random random{6};
+  RunnerAround gpu{rigs, true};
+  RunnerAround law{rigs, false};
+  RunnerAround loaded{rigs, true};
+  for (int index{0}; index < 7; ++index) {
+    std::vector<StereoFrame> seen;
+    for (std::size_t i{0}; i < count; ++i) seen.push_back(street.frame(index + 2 * static_cast<int>(i)));
+    const bool is_first_missing{index == 0 || index == 4 || index == 5};
+    if (is_first_missing) seen[0].left = {};
+    if (index == 3 || index == 4) seen[1].right.fill(3);
+    if (index == 3 || index == 5) seen[0].other_grids.push_back({{0, -4, 0.8, 12, 10}, random.image(12, 10, 0, 1), {}});
+    for (RunnerAround* runner : {&gpu, &law, &loaded}) {
+      if (index == 6) runner->frames.reset();
+    }
+    const double dt_s{index == 0 || index == 6 ? 0 : 0.1};
+    const Pose2 place{0.5 * index, 0.1, 0.02 * index};
+    gpu.run(seen, place, dt_s);
+    law.run(seen, place, dt_s);
+    compare_cameras(gpu.result, law.result);
+    CHECK_EQUAL(gpu.result.cameras[0].has_images, !is_first_missing);
+    CHECK_EQUAL(gpu.result.cameras[1].status.empty(), index != 3 && index != 4);
+    CHECK(index != 2 || cells_of_all(gpu.result) > 5);
+    CHECK(index != 2 || !gpu.result.obstacles.empty());
+    CHECK(gpu.result.timing_ms.filter > 0 && gpu.result.timing_ms.match > 0);
+    if (index > 2) {
+      loaded.run(seen, place, dt_s);
+      CHECK_EQUAL(differences(loaded.result.world.occupancy, gpu.result.world.occupancy), 0);
+      CHECK_EQUAL(differences(loaded.result.world.velocity_x, gpu.result.world.velocity_x), 0);
+    }
+    if (index != 2) continue;
+    StateWriter saved;
+    gpu.frames.exchange(saved);
+    StateReader state{saved.bytes()};
+    loaded.frames.exchange(state);
+    CHECK(state.fits());
+  }
+}
+
+TEST(two_cameras_equal_the_reference) {
+  check_cameras(2);
+}
+
+TEST(four_cameras_equal_the_reference) {
+  check_cameras(4);
+}
+
+TEST(further_cameras_have_no_filter) {
+  CudaStages with{config_around(), small_rig()};
+  CudaStages without{config_around(), small_rig(), 0, {.filters = false}};
+  CHECK(2 * without.memory_use().device_bytes < with.memory_use().device_bytes);
+}
 
 void check_drive(const Config& config) {
   const Street street{small_rig()};

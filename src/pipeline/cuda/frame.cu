@@ -14,6 +14,9 @@ constexpr int count_blocks{FrameFromDevice::counting_warps * warp / threads};
 std::size_t size_of(const GridGeometry& grid) {
   return static_cast<std::size_t>(grid.nx) * static_cast<std::size_t>(grid.ny);
 }
+std::size_t square(int side) {
+  return static_cast<std::size_t>(side) * static_cast<std::size_t>(side);
+}
 std::size_t pixels_of(const Rig& rig) {
   return static_cast<std::size_t>(rig.width_px) * static_cast<std::size_t>(rig.height_px);
 }
@@ -65,9 +68,16 @@ FrameLayout::FrameLayout(const Rig& rig)
       road{next_part(obstacle + pixels_of(rig) * sizeof(float))},
       answer_end{road + pixels_of(rig) * sizeof(float)} {}
 
-PackedGrids::PackedGrids(const GridGeometry& vehicle_grid, int window_cells)
-    : vehicle_cells{size_of(vehicle_grid)},
-      world_cells{static_cast<std::size_t>(window_cells) * static_cast<std::size_t>(window_cells)} {}
+GridSizes::GridSizes(const GridGeometry& vehicle_grid, bool filters)
+    : vehicle{vehicle_grid},
+      window{Window{vehicle_grid}.cells()},
+      filtered_vehicle{filters ? vehicle_grid : GridGeometry{}},
+      filtered_window{filters ? window : 0} {}
+
+PackedGrids::PackedGrids(const GridSizes& sizes)
+    : world{size_of(sizes.vehicle)},
+      vehicle{world + LayersOnDevice::floats_of(sizes.filtered_window, sizes.filtered_window)},
+      size{vehicle + LayersOnDevice::floats_of(sizes.filtered_vehicle.nx, sizes.filtered_vehicle.ny)} {}
 
 void PackedGrids::copy_to(const float* packed, FrameResult& result) const {
   const auto take = [&](Image<float>& image) {
@@ -83,26 +93,29 @@ void PackedGrids::copy_to(const float* packed, FrameResult& result) const {
   }
 }
 
-HostMemory::HostMemory(const Rig& rig, const GridGeometry& vehicle_grid, int window_cells, std::size_t relief_size)
+HostMemory::HostMemory(const Rig& rig, const GridSizes& sizes, std::size_t relief_size)
     : layout{rig},
       input{std::max(layout.images_end, layout.given_end)},
       output{layout.answer_end},
-      grids{PackedGrids{vehicle_grid, window_cells}.size()},
-      evidence{static_cast<std::size_t>(window_cells) * static_cast<std::size_t>(window_cells)},
+      set{1},
+      grids{PackedGrids{sizes}.size},
+      observed{size_of(sizes.vehicle)},
+      evidence{square(sizes.filtered_window)},
       evidence_count{1},
       held{retained_cells_max},
       held_count{1},
-      vehicle_rules{size_of(vehicle_grid)},
-      window_rules{static_cast<std::size_t>(window_cells) * static_cast<std::size_t>(window_cells)},
+      vehicle_rules{size_of(sizes.vehicle)},
+      window_rules{square(sizes.window)},
       blur_px{1},
       relief{relief_size} {}
 
-DeviceMemory::DeviceMemory(Cuda& cuda, const Config& config, const Rig& rig, const GridGeometry& vehicle_grid,
-                           int window_cells, const FilterTables& tables)
+DeviceMemory::DeviceMemory(Cuda& cuda, const Config& config, const Rig& rig, const GridSizes& sizes,
+                           const FilterTables& tables)
     : layout{rig},
       input{std::max(layout.images_end, layout.given_end)},
       output{layout.answer_end},
-      grids{PackedGrids{vehicle_grid, window_cells}.size()},
+      set{1},
+      grids{PackedGrids{sizes}.size},
       left{rig.width_px, rig.height_px, at<std::uint8_t>(input, layout.left)},
       right{rig.width_px, rig.height_px, at<std::uint8_t>(input, layout.right)},
       given{rig.width_px, rig.height_px, at<float>(input, layout.left)},
@@ -117,12 +130,12 @@ DeviceMemory::DeviceMemory(Cuda& cuda, const Config& config, const Rig& rig, con
       rays{rig.width_px, rig.height_px,
            config.projection.model == ProjectionModel::rays ? config.matching.disparities : 0,
            config.ground.model == GroundModel::terrain},
-      filter{cuda, config.filter, tables, window_cells},
-      states{{{cuda, config.filter, window_cells}, {cuda, config.filter, window_cells}}},
-      observed{vehicle_grid.nx, vehicle_grid.ny, grids.data()},
-      observed_window{window_cells, window_cells},
-      world{window_cells, window_cells, grids.data() + PackedGrids{vehicle_grid, window_cells}.world()},
-      vehicle{vehicle_grid.nx, vehicle_grid.ny, grids.data() + PackedGrids{vehicle_grid, window_cells}.vehicle()} {
+      filter{cuda, config.filter, tables, sizes.filtered_window},
+      states{{{cuda, config.filter, sizes.filtered_window}, {cuda, config.filter, sizes.filtered_window}}},
+      observed{sizes.vehicle.nx, sizes.vehicle.ny, grids.data()},
+      observed_window{sizes.window, sizes.window},
+      world{sizes.filtered_window, sizes.filtered_window, grids.data() + PackedGrids{sizes}.world},
+      vehicle{sizes.filtered_vehicle.nx, sizes.filtered_vehicle.ny, grids.data() + PackedGrids{sizes}.vehicle} {
   // external disparities have none
   clear(cuda, matches.confidence.data(), matches.confidence.size());
 }
@@ -188,18 +201,24 @@ void StreamTimes::wait_for(Mark which) {
   check_cuda(cudaEventSynchronize(events_[which]), "finish its work");
 }
 
+void StreamTimes::let_wait(Cuda& other, Mark which) const {
+  check_cuda(cudaStreamWaitEvent(other.stream(), events_[which], 0), "wait for another stream");
+}
+
 double StreamTimes::between(Mark from, Mark to) const {
   float milliseconds{0};
   check_cuda(cudaEventElapsedTime(&milliseconds, events_[from], events_[to]), "measure time");
   return milliseconds;
 }
 
-StageTimes StreamTimes::stages() const {
+StageTimes StreamTimes::stages(bool has_observed, bool has_filtered) const {
   StageTimes times;
-  times.match = between(start, matched);
-  times.count = between(resumed, counted);
-  times.project = between(counted, projected);
-  times.filter = between(projected, fetched);
+  if (has_observed) {
+    times.match = between(start, matched);
+    times.count = between(resumed, counted);
+    times.project = between(counted, projected);
+  }
+  if (has_filtered) times.filter = between(filtering, fetched);
   return times;
 }
 

@@ -19,16 +19,20 @@
 
 namespace stereogrid {
 
-/// Input of kernels that changes in every frame. Uploaded at the frame's start, so that the graphs need not be recorded
-/// again.
+/// Input of kernels that changes in every frame of the camera. Uploaded at the frame's start, so that the graphs need
+/// not be recorded again.
 struct FrameOnDevice {
   RoadPlane plane;  ///< plane of the road hypothesis
   Ground ground;    ///< the same; plane under the observed grids
   RowShift rows;
-  GridInVehicle vehicle_cells;  ///< the vehicle's grid in the vehicle frame
-  GridInVehicle window_cells;   ///< the window in the vehicle frame
-  GridInVehicle seen_vehicle;   ///< both in the frame of the camera
-  GridInVehicle seen_window;
+  GridInVehicle seen_vehicle;  ///< the vehicle's grid in the frame of the camera
+  GridInVehicle seen_window;   ///< likewise the window
+};
+
+/// Likewise of all cameras together: input of the filter and of grids of other sources.
+struct FrameSetOnDevice {
+  GridInVehicle vehicle_cells;     ///< the vehicle's grid in the vehicle frame
+  GridInVehicle window_cells;      ///< the window in the vehicle frame
   GridInVehicle vehicle_in_world;  ///< the vehicle's grid in the world
   GridGeometry window;
   FilterMotion motion;
@@ -63,18 +67,26 @@ struct FrameLayout {
   std::size_t answer_end;
 };
 
+/// Sizes of the grids; without a filter the filtered ones are empty.
+struct GridSizes {
+  GridSizes(const GridGeometry& vehicle_grid, bool filters);
+
+  GridGeometry vehicle;
+  int window;  ///< cells along a side
+  GridGeometry filtered_vehicle;
+  int filtered_window;
+};
+
 /// The grids that a frame leaves, one after the other, so that one copy brings them all to the host: the observed grid,
 /// the layers of the world's window, those of the vehicle's grid.
 struct PackedGrids {
-  PackedGrids(const GridGeometry& vehicle_grid, int window_cells);
+  explicit PackedGrids(const GridSizes& sizes);
 
-  [[nodiscard]] std::size_t size() const { return vehicle() + vehicle_cells * LayersOnDevice::layers; }
-  [[nodiscard]] std::size_t world() const { return vehicle_cells; }
-  [[nodiscard]] std::size_t vehicle() const { return world() + world_cells * LayersOnDevice::layers; }
   void copy_to(const float* packed, FrameResult& result) const;
 
-  std::size_t vehicle_cells;
-  std::size_t world_cells;
+  std::size_t world;    ///< offset of the window's layers
+  std::size_t vehicle;  ///< likewise of the vehicle's grid
+  std::size_t size;
 };
 
 /// The T in a buffer of bytes.
@@ -85,7 +97,7 @@ T* at(Buffer& buffer, std::size_t offset) {
 
 /// Upload and download of a frame, in pinned host memory.
 struct HostMemory {
-  HostMemory(const Rig& rig, const GridGeometry& vehicle_grid, int window_cells, std::size_t relief_size);
+  HostMemory(const Rig& rig, const GridSizes& sizes, std::size_t relief_size);
 
   [[nodiscard]] FrameOnDevice& frame() { return *at<FrameOnDevice>(input, 0); }
   [[nodiscard]] std::uint8_t* left() { return at<std::uint8_t>(input, layout.left); }
@@ -99,7 +111,9 @@ struct HostMemory {
   FrameLayout layout;
   PinnedBuffer<std::byte> input;
   PinnedBuffer<std::byte> output;
+  PinnedBuffer<FrameSetOnDevice> set;
   PinnedBuffer<float> grids;                ///< see PackedGrids
+  PinnedBuffer<float> observed;             ///< the camera's own observed grid, beside that of all
   PinnedBuffer<VelocityEvidence> evidence;  ///< read from here: it is little, and how much changes
   PinnedBuffer<int> evidence_count;
   PinnedBuffer<RetainedCell> held;  ///< likewise
@@ -112,8 +126,7 @@ struct HostMemory {
 
 /// Data of the stages and between frames, on the device. Allocated once.
 struct DeviceMemory {
-  DeviceMemory(Cuda& cuda, const Config& config, const Rig& rig, const GridGeometry& vehicle_grid, int window_cells,
-               const FilterTables& tables);
+  DeviceMemory(Cuda& cuda, const Config& config, const Rig& rig, const GridSizes& sizes, const FilterTables& tables);
 
   [[nodiscard]] FrameOnDevice* frame() { return at<FrameOnDevice>(input, 0); }
   [[nodiscard]] FrameFromDevice* answer() { return at<FrameFromDevice>(output, 0); }
@@ -129,6 +142,7 @@ struct DeviceMemory {
   FrameLayout layout;
   DeviceBuffer<std::byte> input;
   DeviceBuffer<std::byte> output;
+  DeviceBuffer<FrameSetOnDevice> set;
   DeviceBuffer<float> grids;        ///< see PackedGrids
   DeviceImage<std::uint8_t> left;   ///< in the input
   DeviceImage<std::uint8_t> right;  ///< likewise
@@ -153,8 +167,21 @@ struct DeviceMemory {
 /// Marks on the stream, between which time is measured.
 class StreamTimes {
  public:
-  enum Mark { start, uploaded, matched, answered, resumed, counted, projected, filtered, fetched };
-  static constexpr int marks{9};
+  enum Mark {
+    start,
+    uploaded,
+    matched,
+    answered,
+    resumed,
+    counted,
+    projected,
+    observed,
+    fused,
+    filtering,
+    filtered,
+    fetched
+  };
+  static constexpr int marks{12};
 
   StreamTimes();
   StreamTimes(const StreamTimes&) = delete;
@@ -164,10 +191,13 @@ class StreamTimes {
   void mark(Cuda& cuda, Mark which);
   /// Waits for the last call of `mark` outside a graph.
   void wait_for(Mark which);
+  /// Lets further work of `other` wait for the last call of `mark` outside a graph.
+  void let_wait(Cuda& other, Mark which) const;
   /// Milliseconds in the last frame; both marks must have been reached.
   [[nodiscard]] double between(Mark from, Mark to) const;
-  /// The upload belongs to match, the download to filter.
-  [[nodiscard]] StageTimes stages() const;
+  /// The upload belongs to match, the download to filter. `has_observed`: the camera had a frame; `has_filtered`:
+  /// all cameras' were filtered here.
+  [[nodiscard]] StageTimes stages(bool has_observed, bool has_filtered) const;
 
  private:
   std::array<cudaEvent_t, marks> events_{};

@@ -2,7 +2,9 @@
 #include "pipeline/cuda/stages.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 #include <utility>
 
 #include "images/patch.hpp"
@@ -25,11 +27,10 @@ CudaStages::CudaStages(const Config& config, const Rig& level_rig, int device, c
       rig_{level_rig},
       cuda_{device},
       options_{options},
-      vehicle_grid_{vehicle_grid_of(config.grid)},
-      window_cells_{Window{vehicle_grid_}.cells()},
+      sizes_{vehicle_grid_of(config.grid), options.filters},
       filter_tables_{config.filter},
-      device_{cuda_, config, rig_, vehicle_grid_, window_cells_, filter_tables_},
-      host_{rig_, vehicle_grid_, window_cells_, device_.rays.relief.size()},
+      device_{cuda_, config, rig_, sizes_, filter_tables_},
+      host_{rig_, sizes_, device_.rays.relief.size()},
       matches_{rig_.width_px, rig_.height_px},
       host_matches_{matches_,
                     {host_.obstacle(), rig_.width_px, rig_.height_px, rig_.width_px},
@@ -51,11 +52,11 @@ void CudaStages::load_kernels() {
     enqueue_match();
   }
   split_surfaces();
-  has_other_grids_ = true;
   for (const bool is_usable : {false, true}) enqueue_observation(is_usable);
-  has_other_grids_ = false;
-  reset(cuda_, device_.filter, &device_.frame()->motion, device_.states[now_]);
-  enqueue_filter();
+  if (!options_.filters) return;
+  stereogrid::fuse_cameras(cuda_, {}, device_.observed.view());
+  reset(cuda_, device_.filter, &device_.set.data()->motion, device_.states[now_]);
+  enqueue_filter(true);
 }
 
 void CudaStages::load_mask() {
@@ -86,6 +87,7 @@ void CudaStages::clear_masked() {
 void CudaStages::synchronize() {
   cuda_.synchronize();
   is_at_work_ = false;
+  is_filtering_ = false;
 }
 
 // Inputs that change from frame to frame are written to where the graphs read them.
@@ -97,20 +99,21 @@ void CudaStages::put_frame(const LevelFrame& frame, const FrameGrids& grids) {
     put(frame.left, host_.left());
     put(frame.right, host_.right());
   }
-  const FrameSet& set{grids.frame};
-  has_other_grids_ = !set.other_grids.empty();
-  if (has_other_grids_) device_.other_grids.take(cuda_, set.other_grids);
+  host_.frame().seen_vehicle = grids.seen_vehicle;
+  host_.frame().seen_window = grids.seen_window;
+}
 
-  FrameOnDevice& on_device{host_.frame()};
-  on_device.vehicle_cells = grids.vehicle;
-  on_device.window_cells = grids.window_cells;
-  on_device.seen_vehicle = grids.seen_vehicle;
-  on_device.seen_window = grids.seen_window;
-  on_device.vehicle_in_world = grid_in_vehicle(vehicle_grid_, set.world_from_vehicle);
-  on_device.window = grids.window;
-  on_device.motion = filter_motion(
-      {config_.filter, filter_tables_, grids.window, set.dt_s, set.views.empty() ? CameraView{} : set.views.front()},
-      grids.is_first ? grids.window : window_before_);
+void CudaStages::put_set(const FrameGrids& grids) {
+  const FrameSet& set{grids.frame};
+  const std::span views{set.views};
+  const CameraView view{views.empty() ? CameraView{} : views.front()};
+  *host_.set.data() = {grids.vehicle, grids.window_cells, grid_in_vehicle(sizes_.vehicle, set.world_from_vehicle),
+                       grids.window,
+                       filter_motion({config_.filter, filter_tables_, grids.window, set.dt_s, view, nullptr,
+                                      views.empty() ? views : views.subspan(1)},
+                                     grids.is_first ? grids.window : window_before_)};
+  upload(cuda_, host_.set.data(), 1, device_.set.data());
+  if (!set.other_grids.empty()) device_.other_grids.take(cuda_, set.other_grids);
 }
 
 // Waits, also after an exception, until the device does not read the memory that is written now.
@@ -167,17 +170,46 @@ void CudaStages::observe(const FrameGrids&, const Evidence& evidence, FrameResul
     put(evidence.rules.window, host_.window_rules.data());
     *host_.blur_px.data() = evidence.blur_px;
   }
-  Graph& graph{(evidence.is_usable ? observe_graphs_ : unknown_graphs_)[has_other_grids_ ? 1 : 0]};
-  perform(graph, [&] { enqueue_observation(evidence.is_usable); });
+  has_observed_ = true;
+  perform(observe_graphs_[evidence.is_usable ? 1 : 0], [&] { enqueue_observation(evidence.is_usable); });
 }
 
+// The stream of the filter waits for those of the cameras, and a camera's next observation for the filter's.
+void CudaStages::fuse_cameras(std::span<const CameraGrids> cameras, FrameResult&) {
+  cuda_.use();
+  is_at_work_ = true;
+  std::array<View<const float, Device>, cameras_max> vehicle;
+  std::array<View<const float, Device>, cameras_max> window;
+  for (std::size_t i{0}; i < cameras.size(); ++i) {
+    CudaStages& camera{static_cast<CudaStages&>(*cameras[i].stages)};
+    vehicle[i] = camera.device_.observed.view();
+    window[i] = camera.device_.observed_window.view();
+    download(camera.cuda_, camera.device_.observed.data(), camera.device_.observed.size(),
+             camera.host_.observed.data());
+    camera.is_one_of_several_ = true;
+    camera.times_.mark(camera.cuda_, StreamTimes::observed);
+    camera.times_.let_wait(cuda_, StreamTimes::observed);
+  }
+  stereogrid::fuse_cameras(cuda_, {vehicle.data(), cameras.size()}, device_.observed.view());
+  stereogrid::fuse_cameras(cuda_, {window.data(), cameras.size()}, device_.observed_window.view());
+  times_.mark(cuda_, StreamTimes::fused);
+  for (const CameraGrids& camera : cameras)
+    times_.let_wait(static_cast<CudaStages&>(*camera.stages).cuda_, StreamTimes::fused);
+}
+
+// The filter of a frame without one of this camera, and once more after it: nothing else has waited.
 void CudaStages::filter(const FrameGrids& grids, const FilterEvidence& evidence, FrameResult&) {
+  cuda_.use();
+  if (is_filtering_) synchronize();
+  is_at_work_ = is_filtering_ = true;
+  put_set(grids);
   std::copy(evidence.held.begin(), evidence.held.end(), host_.held.data());
   *host_.held_count.data() = static_cast<int>(evidence.held.size());
   std::copy(evidence.velocities.begin(), evidence.velocities.end(), host_.evidence.data());
   *host_.evidence_count.data() = static_cast<int>(evidence.velocities.size());
-  if (grids.is_first) reset(cuda_, device_.filter, &device_.frame()->motion, device_.states[1 - now_]);
-  perform(filter_graphs_[now_], [this] { enqueue_filter(); });
+  if (grids.is_first) reset(cuda_, device_.filter, &device_.set.data()->motion, device_.states[1 - now_]);
+  const bool has_others{!grids.frame.other_grids.empty()};
+  perform(filter_graphs_[has_others ? 1 : 0][now_], [this, has_others] { enqueue_filter(has_others); });
 }
 
 // The first time without a graph: what the driver prepares at a kernel's first launch does not belong into a recording.
@@ -227,7 +259,6 @@ void CudaStages::enqueue_observation(bool is_usable) {
     times_.mark(cuda_, StreamTimes::counted);
     device_.observe_nothing(cuda_);
   }
-  fuse();
   times_.mark(cuda_, StreamTimes::projected);
 }
 
@@ -256,26 +287,21 @@ void CudaStages::project() {
   apply_rules(cuda_, host_.window_rules.data(), device_.observed_window.view());
 }
 
-void CudaStages::fuse() {
-  const FrameOnDevice* frame{device_.frame()};
-  const auto fuse_on = [&](const GridInVehicle* grid, DeviceImage<float>& cells) {
-    stereogrid::fuse(cuda_, device_.other_grids, grid, config_.fusion, cells.view());
-  };
-  if (!has_other_grids_) return;
-  fuse_on(&frame->vehicle_cells, device_.observed);
-  fuse_on(&frame->window_cells, device_.observed_window);
-}
-
-void CudaStages::enqueue_filter() {
+void CudaStages::enqueue_filter(bool has_others) {
+  const FrameSetOnDevice* set{device_.set.data()};
+  times_.mark(cuda_, StreamTimes::filtering);
+  if (has_others) {
+    fuse(cuda_, device_.other_grids, &set->vehicle_cells, config_.fusion, device_.observed.view());
+    fuse(cuda_, device_.other_grids, &set->window_cells, config_.fusion, device_.observed_window.view());
+  }
   stereogrid::hold(cuda_, host_.held.data(), host_.held_count.data(), device_.observed_window.view());
-  stereogrid::filter(cuda_, device_.filter, &device_.frame()->motion, std::as_const(device_.observed_window).view(),
+  stereogrid::filter(cuda_, device_.filter, &set->motion, std::as_const(device_.observed_window).view(),
                      device_.states[1 - now_], device_.states[now_], device_.world);
   if (config_.filter.model == FilterModel::joint) {
     stereogrid::weigh_velocities(cuda_, device_.filter, host_.evidence.data(), host_.evidence_count.data(),
                                  device_.states[now_], device_.world);
   }
-  const FrameOnDevice* frame{device_.frame()};
-  stereogrid::resample(cuda_, device_.world, &frame->window, &frame->vehicle_in_world, device_.vehicle);
+  stereogrid::resample(cuda_, device_.world, &set->window, &set->vehicle_in_world, device_.vehicle);
   times_.mark(cuda_, StreamTimes::filtered);
   device_.fetch_grids(cuda_, host_);
   times_.mark(cuda_, StreamTimes::fetched);
@@ -294,16 +320,17 @@ void CudaStages::scatter_lattice() {
   }
 }
 
-void CudaStages::publish(const FrameGrids&, FrameResult& result) {
-  read();
+void CudaStages::publish(const FrameGrids& grids, FrameResult& result) {
+  cuda_.use();
   synchronize();
+  result.timing_ms = times_.stages(std::exchange(has_observed_, false), options_.filters);
+  if (!options_.filters) return;
   Stopwatch watch;
-  result.world.geometry = host_.frame().window;
-  PackedGrids{vehicle_grid_, window_cells_}.copy_to(host_.grids.data(), result);
-  result.timing_ms = times_.stages();
+  result.world.geometry = grids.window;
+  PackedGrids{sizes_}.copy_to(host_.grids.data(), result);
   result.timing_ms.filter += watch.lap();
   now_ = 1 - now_;
-  window_before_ = host_.frame().window;
+  window_before_ = grids.window;
 }
 
 void CudaStages::publish_matches(FrameResult& result) {
@@ -316,6 +343,7 @@ void CudaStages::publish_matches(FrameResult& result) {
   }
   result.obstacle_density = matched.obstacle / pixels;
   result.road_density = matched.road / pixels;
+  if (is_one_of_several_) std::copy_n(host_.observed.data(), host_.observed.size(), result.observed.data());
   if (!options_.stage_images) return;
   device_.fetch_stages(cuda_, result.stages);
   set_obstacles(std::as_const(result.stages.obstacle_disparity).view(), result.stages);

@@ -23,6 +23,7 @@ class CudaStages final : public Stages {
              const MatchGround& ground) override;
   const HostMatches& read() override;
   void observe(const FrameGrids& grids, const Evidence& evidence, FrameResult& result) override;
+  void fuse_cameras(std::span<const CameraGrids> cameras, FrameResult& result) override;
   void filter(const FrameGrids& grids, const FilterEvidence& evidence, FrameResult& result) override;
   void publish(const FrameGrids& grids, FrameResult& result) override;
   void publish_matches(FrameResult& result) override;
@@ -43,6 +44,7 @@ class CudaStages final : public Stages {
   void load_kernels();
   void load_mask();
   void put_frame(const LevelFrame& frame, const FrameGrids& grids);
+  void put_set(const FrameGrids& grids);
   void put_ground(const Ground& ground);
   void put_relief(const Relief<Host>& relief);
   void synchronize();
@@ -54,8 +56,7 @@ class CudaStages final : public Stages {
   void enqueue_observation(bool is_usable);
   void count();
   void project();
-  void fuse();
-  void enqueue_filter();
+  void enqueue_filter(bool has_others);
   void scatter_lattice();
   void clear_masked();
   void save(StateWriter& state);
@@ -68,8 +69,7 @@ class CudaStages final : public Stages {
   StreamTimes times_;
   StagesOptions options_;
   bool has_graphs_{true};
-  GridGeometry vehicle_grid_;
-  int window_cells_;
+  GridSizes sizes_;
   FilterTables filter_tables_;
   DeviceMemory device_;
   HostMemory host_;
@@ -78,19 +78,20 @@ class CudaStages final : public Stages {
   CudaBytes held_{cuda_bytes_allocated() - allocated_before_};  // by the members so far
 
   // data of a frame
-  bool is_external_{false};      ///< external disparities
-  bool has_other_grids_{false};  ///< this frame
-  bool is_at_work_{false};       ///< since the last synchronize()
+  bool is_external_{false};  ///< external disparities
+  bool has_observed_{false};
+  bool is_one_of_several_{false};  ///< its observed grid is fused with those of other cameras
+  bool is_at_work_{false};         ///< since the last synchronize()
+  bool is_filtering_{false};       ///< likewise: filter()
   bool is_lattice_taken_{false};
 
   // between frames
   GridGeometry window_before_;  ///< window of the last completed frame
   int now_{0};                  ///< device_.states[now_] is written in this frame
 
-  std::array<Graph, 2> match_graphs_;    ///< [is_external_]
-  std::array<Graph, 2> observe_graphs_;  ///< [has_other_grids_]
-  std::array<Graph, 2> unknown_graphs_;  ///< [has_other_grids_]
-  std::array<Graph, 2> filter_graphs_;   ///< [now_]
+  std::array<Graph, 2> match_graphs_;                  ///< [is_external_]
+  std::array<Graph, 2> observe_graphs_;                ///< [is_usable]
+  std::array<std::array<Graph, 2>, 2> filter_graphs_;  ///< [with other grids][now_]
 };
 
 }  // namespace stereogrid

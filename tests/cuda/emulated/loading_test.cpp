@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <string>
 #include <utility>
@@ -12,6 +13,7 @@
 #include "pipeline/cuda_library.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/pipeline.hpp"
+#include "stereogrid/scenes/scene.hpp"
 #include "street.hpp"
 
 namespace stereogrid::test {
@@ -129,6 +131,35 @@ TEST_F(CudaLoading, AGpuThatThereIsNot) {
                   HasSubstr("There is no GPU 1 on this machine: there are 1, counted from 0.")));
   const Pipeline on_cpu{small_config(), small_rig(), {.back_end = BackEnd::automatic, .device = 1}};
   EXPECT_THAT(on_cpu.why_not_cuda(), HasSubstr("no GPU 1"));
+}
+
+TEST_F(CudaLoading, SeveralCamerasFillOneGrid) {
+  use_library(EMULATED_LIBRARY);
+  for (const char* layout : {"around?cameras=2&turn_deg=40", "around?cameras=4"}) {
+    const scenes::Scene scene{scenes::parse_scene(std::string{layout} + "&width=96&height=64&focal=48&frames=4"), 1};
+    Config config{small_config()};
+    config.grid.length_m = config.grid.rear_m = 10;
+    Pipeline gpu{config, scene.rigs(), {.back_end = BackEnd::automatic}};
+    Pipeline cpu{config, scene.rigs(), {.threads = 1}};
+    EXPECT_EQ(gpu.back_end(), BackEnd::cuda);
+    for (std::size_t i{0}; i < 4; ++i) {
+      StereoFrame frame{scene.load(i)};
+      if (i == 2) frame = StereoFrame{frame.others.front()};  // the others have none
+      const FrameResult& on_gpu{gpu.process(frame)};
+      const FrameResult& on_cpu{cpu.process(frame)};
+      EXPECT_EQ(on_gpu.observed, on_cpu.observed) << layout;
+      EXPECT_EQ(on_gpu.vehicle.occupancy, on_cpu.vehicle.occupancy) << layout;
+      EXPECT_EQ(on_gpu.vehicle.velocity_x, on_cpu.vehicle.velocity_x) << layout;
+      EXPECT_EQ(on_gpu.world_terrain, on_cpu.world_terrain) << layout;
+      EXPECT_EQ(on_gpu.obstacles.size(), on_cpu.obstacles.size()) << layout;
+      EXPECT_GT(std::ranges::count_if(on_cpu.observed, [](float p) { return p > 0.8f; }), 0) << layout;
+      for (std::size_t camera{0}; camera < scene.rigs().size(); ++camera) {
+        EXPECT_EQ(on_gpu.cameras[camera].observed, on_cpu.cameras[camera].observed) << layout;
+        EXPECT_EQ(on_gpu.cameras[camera].ground, on_cpu.cameras[camera].ground) << layout;
+        EXPECT_EQ(on_gpu.cameras[camera].has_images, i != 2 || camera == 1) << layout;
+      }
+    }
+  }
 }
 
 TEST_F(CudaLoading, AutomaticLeavesPredictionsToTheCpu) {

@@ -132,6 +132,9 @@ T atomicOr(T* address, std::type_identity_t<T> value) {
   return old;
 }
 
+inline int __float_as_int(float value) {
+  return std::bit_cast<int>(value);
+}
 inline int __popc(unsigned bits) {
   return std::popcount(bits);
 }

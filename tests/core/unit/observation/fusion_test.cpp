@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fusion/fusion.hpp"
 
+#include <cmath>
+
 #include "backend/cpu.hpp"
 #include "backend/reference.hpp"
 #include "fusion/cameras.hpp"
+#include "fusion/model.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/grid.hpp"
 #include "stereogrid/occupancy_values.hpp"
@@ -179,6 +182,13 @@ TEST(Fusion, CamerasThatSeeACellAreNotCountedTwice) {
   EXPECT_NEAR(fused({0.9f, 0.5f + 1e-6f}), 0.75, 1e-4) << "odds 9 and 1: 3";
   EXPECT_NEAR(fused({0.8f, 0.8f, 0.5f, 0.2f}), 0.6135, 1e-4) << "odds 4, 4 and 1/4: the third root of 4";
   EXPECT_NEAR(fused({1.0f, 0.0f}), 0.5, 1e-6) << "certain cameras";
+}
+
+TEST(Fusion, RootsBySquareRoots) {
+  for (int n{1}; n <= cameras_max; ++n) {
+    for (const double odds : {1e-24, 0.001, 0.7, 1.0, 2.0, 999.0, 1e24})
+      EXPECT_NEAR(root(odds, n) / std::pow(odds, 1.0 / n), 1, 1e-14) << odds << " " << n;
+  }
 }
 
 TEST(Fusion, ThePipelineRefusesGridsThatCannotBe) {
