@@ -101,6 +101,15 @@ struct StereoFrame {
   operator FrameImages() const { return {left.view(), right.view(), disparity.view()}; }
 };
 
+/// The frame of a camera: `frame` or one of its others; nullptr: it has none.
+[[nodiscard]] inline const StereoFrame* frame_of(const StereoFrame& frame, int camera) {
+  if (frame.camera == camera) return &frame;
+  for (const StereoFrame& other : frame.others) {
+    if (other.camera == camera) return &other;
+  }
+  return nullptr;
+}
+
 /// A recorded, simulated or live sequence of frames.
 class STEREOGRID_EXPORT FrameSource {
  public:
@@ -112,6 +121,8 @@ class STEREOGRID_EXPORT FrameSource {
   [[nodiscard]] virtual const Rig& rig() const = 0;
   /// Rigs of all cameras, by StereoFrame::camera; the first is rig().
   [[nodiscard]] virtual std::span<const Rig> rigs() const { return {&rig(), 1}; }
+  /// Names of several cameras, by StereoFrame::camera (PipelineOptions::camera_names); empty: they have none.
+  [[nodiscard]] virtual std::vector<std::string> camera_names() const { return {}; }
   [[nodiscard]] virtual std::size_t size() const = 0;
   [[nodiscard]] virtual std::string name(std::size_t index) const = 0;
   /// Loads one frame. Safe to call from several threads. Throws InputError for an unusable frame; others may be usable.

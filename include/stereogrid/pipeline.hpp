@@ -38,8 +38,13 @@ struct PipelineOptions {
   std::vector<double> horizons_s{};
   /// Mask of the vehicle itself, such as its bonnet: 0 for pixels of the left camera's image that show it, any other
   /// value for used pixels. Masked pixels have no disparity; cells seen through them alone stay unknown. Size of the
-  /// recorded image, before levelling. Empty: all pixels are used.
+  /// recorded image, before levelling. Empty: all pixels are used. Of several cameras the first one's.
   Image<std::uint8_t> mask{};
+  /// Masks of the cameras after the first, in their order; cameras without one use all pixels.
+  std::vector<Image<std::uint8_t>> other_masks{};
+  /// Names of several cameras, in warnings and FrameResult::camera_name: a letter, then letters, digits and _, all
+  /// different. Empty: camera0, camera1 …
+  std::vector<std::string> camera_names{};
   /// true: camera_height_m, camera_pitch_rad and camera_roll_rad of the rig were measured and are never replaced.
   /// Visible ground that contradicts them is reported as FrameStatus::extrinsics_disagree. false: they are assumed, and
   /// replaced by an estimate from the first frames (Pipeline::process).
@@ -70,8 +75,7 @@ class STEREOGRID_EXPORT Pipeline {
   /// memory; also if the system has too few threads. Throws std::bad_alloc if there is too little memory for the CPU.
   Pipeline(const Config& config, const Rig& rig, const PipelineOptions& options = {});
   /// Several stereo pairs, 1 to 8, with one window, filter and list of obstacles. Rig::camera_x_m, camera_y_m and
-  /// camera_yaw_rad place them; grid.rear_m extends the grid behind the vehicle's origin. PipelineOptions::mask is the
-  /// first camera's.
+  /// camera_yaw_rad place them; grid.rear_m extends the grid behind the vehicle's origin.
   Pipeline(const Config& config, std::span<const Rig> rigs, const PipelineOptions& options = {});
   Pipeline(Pipeline&&) noexcept;
   Pipeline& operator=(Pipeline&&) noexcept;
@@ -122,6 +126,8 @@ class STEREOGRID_EXPORT Pipeline {
   /// Rig of the constructor, of several cameras the first. A frame's rig is FrameResult::rig.
   [[nodiscard]] const Rig& rig() const;
   [[nodiscard]] std::span<const Rig> rigs() const;
+  /// Names of several cameras; empty: one camera.
+  [[nodiscard]] const std::vector<std::string>& camera_names() const;
   /// Rig of a camera's next frame: rigs()[camera], or with extrinsics that were estimated or restored by load_state().
   [[nodiscard]] const Rig& next_rig(int camera = 0) const;
   [[nodiscard]] GridGeometry vehicle_grid() const;

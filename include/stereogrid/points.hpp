@@ -14,7 +14,8 @@ namespace stereogrid {
 /// Label of a measured point; the numbers are those of TruthLabel.
 enum class PointLabel : std::uint8_t { road = 1, obstacle = 2 };
 
-/// Measured point in the vehicle frame. z is the height above the plane of FrameResult::ground, nearly 0 for points of
+/// Measured point in the vehicle frame. z is the height above the plane of FrameResult::ground
+/// (of several cameras its own), nearly 0 for points of
 /// the road.
 struct LabelledPoint {
   float x_m{0};
@@ -23,9 +24,9 @@ struct LabelledPoint {
   PointLabel label{PointLabel::road};
 };
 
-/// Points of all pixels with a disparity, row by row from the upper left one. Empty for FrameStatus::few_matches and
-/// road_unknown. `level_rig`: FrameResult::level_rig. Throws InputError: the result has no stages
-/// (PipelineOptions::stages), or they are not of that rig.
+/// Points of all pixels with a disparity, row by row from the upper left one, of several cameras one after the other.
+/// None of cameras with FrameStatus::few_matches or road_unknown. `level_rig`: FrameResult::level_rig. Throws
+/// InputError: the result has no stages (PipelineOptions::stages), or they are not of that rig.
 [[nodiscard]] STEREOGRID_EXPORT std::vector<LabelledPoint> points_of(const FrameResult& result, const Rig& level_rig);
 
 }  // namespace stereogrid

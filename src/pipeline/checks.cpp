@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <string>
 
 #include "filter/model.hpp"
 #include "matching/matching.hpp"
+#include "pipeline/settings.hpp"
 #include "stereogrid/error.hpp"
 
 namespace stereogrid {
@@ -22,6 +24,13 @@ constexpr double matching_bytes_max{64.0 * (1 << 30)};
 double matching_bytes(const MatchingConfig& config, const Rig& rig) {
   const double disparities{config.disparities == 0 ? 256.0 : config.disparities};
   return (disparities + 2.0 * road_margin_px + 1) * rig.width_px * rig.height_px;
+}
+
+// As parts of topics of ROS 2 are.
+bool is_camera_name(const std::string& name) {
+  const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
+  return !name.empty() && is_letter(name.front()) &&
+         std::ranges::all_of(name, [&](char c) { return is_letter(c) || (c >= '0' && c <= '9') || c == '_'; });
 }
 
 void check_grid(const ObservedGrid& grid, const std::string& frame_name) {
@@ -98,11 +107,20 @@ void check(const Config& config, std::span<const Rig> rigs, const PipelineOption
   require(options.device >= 0, "The device must be 0 or more: GPUs are counted from 0.");
   require(options.threads >= 0 && options.threads <= threads_max,
           "The number of threads must lie in 0 (all cores) … 1024.");
-  const Image<std::uint8_t>& mask{options.mask};
-  require(mask.empty() || (!rigs.empty() && mask.width() == rigs[0].width_px && mask.height() == rigs[0].height_px),
-          "The mask must have the size of the (first) rig's images, or be empty.");
-  require(mask.empty() || std::ranges::any_of(mask, [](std::uint8_t pixel) { return pixel != 0; }),
-          "The mask leaves no pixel: 0 is a pixel that shows the vehicle, any other number one that is used.");
+  for (std::size_t i{0}; i < rigs.size(); ++i) {
+    const Image<std::uint8_t>& mask{mask_of(options, i)};
+    const std::string which{rigs.size() == 1 ? "The mask" : "The mask of camera " + std::to_string(i)};
+    require(mask.empty() || (mask.width() == rigs[i].width_px && mask.height() == rigs[i].height_px),
+            which + " must have the size of the rig's images, or be empty.");
+    require(mask.empty() || std::ranges::any_of(mask, [](std::uint8_t pixel) { return pixel != 0; }),
+            which + " leaves no pixel: 0 is a pixel that shows the vehicle, any other number one that is used.");
+  }
+  require(options.other_masks.empty() || options.other_masks.size() < rigs.size(),
+          "There are more masks than rigs: give one for each camera at most.");
+  const std::vector<std::string>& names{options.camera_names};
+  require(names.empty() || (names.size() == rigs.size() && std::ranges::all_of(names, is_camera_name) &&
+                            std::set<std::string>(names.begin(), names.end()).size() == names.size()),
+          "The names of the cameras must be one for each rig, all different: a letter, then letters, digits and _.");
   require(std::ranges::all_of(options.horizons_s, [](double s) { return s > 0 && s <= horizon_max_s; }),
           "Predictions need horizons in seconds, more than 0 and at most 10000, as in 0.5,1,2.");
   require(is_place(options.start),

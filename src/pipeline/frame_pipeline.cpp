@@ -217,6 +217,21 @@ void FramePipeline::publish_terrain(const FrameSet& frame, FrameResult& result) 
   }
   const auto claims_free = [&frame](Point2 at) { return claimed(frame.other_grids, at) < 0.5; };
   common->bound_filtered(terrains_, frame.other_grids.empty() ? std::function<bool(Point2)>{} : claims_free, result);
+  limit_speed(result);
+}
+
+// The smallest limit of the cameras.
+void FramePipeline::limit_speed(FrameResult& result) {
+  for (int camera{0}; camera < static_cast<int>(cameras_.size()); ++camera) {
+    FrameResult& seen{has_one_camera() ? result : result.cameras[static_cast<std::size_t>(camera)]};
+    at(camera).terrain()->limit_speed(
+        std::ranges::any_of(now_,
+                            [&](const CameraFrame& now) { return now.frame.camera == camera && now.is_usable(); }),
+        seen);
+    if (camera > 0 && seen.speed_limit_mps >= result.speed_limit_mps) continue;
+    result.speed_limit_mps = seen.speed_limit_mps;
+    result.speed_limit_reason = seen.speed_limit_reason;
+  }
 }
 
 // Takes the surer elevation where several cameras see a cell.
@@ -266,8 +281,8 @@ const std::vector<Cluster>& FramePipeline::find_clusters(const GridLayers& world
 // Conditions of a frame are those that all its cameras have.
 void FramePipeline::report_cameras(FrameResult& result) {
   for (const CameraFrame& now : now_) {
-    const std::string name{"camera " + std::to_string(now.frame.camera) + ": "};
-    for (const Warning& warning : now.result.warnings) result.warnings.push_back({name + warning.text});
+    for (const Warning& warning : now.result.warnings)
+      result.warnings.push_back({now.result.camera_name + ": " + warning.text});
   }
   for (const FrameStatus status : now_.front().result.status) {
     const auto has = [status](const CameraFrame& now) { return has_any(now.result.status, {status}); };

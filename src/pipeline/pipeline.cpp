@@ -52,8 +52,10 @@ struct Pipeline::Implementation {
         cpu{options.back_end == BackEnd::reference ? 1 : options.threads},
         input{parameters.motion, given, options},
         is_mask_of_frame(given.size()) {
-    for (std::size_t i{0}; i < cameras(); ++i)
+    for (std::size_t i{0}; i < cameras(); ++i) {
       configs.push_back(resolved(parameters, given, i, asked.extrinsics_given));
+      if (cameras() > 1) camera_names.push_back(name_of_camera(options, i));
+    }
     frames = make_frames(given_rigs, has_estimate);
     unwanted_stages.resize(cameras());
     frames_in.reserve(cameras());
@@ -80,7 +82,7 @@ struct Pipeline::Implementation {
     for (std::size_t i{0}; i < rigs.size(); ++i) {
       const LevelMapping mapping{rigs[i]};
       const Rig& level_rig{mapping.level_rig()};
-      setups.push_back({configs[i], level_rig, make_stages(i, level_rig, PixelMask{mask_of(i), mapping}),
+      setups.push_back({configs[i], level_rig, make_stages(i, level_rig, PixelMask{mask_of(options, i), mapping}),
                         rigs[i].camera_pitch_rad - level_rig.camera_pitch_rad, mode(estimated[i] != 0)});
     }
     return std::make_unique<FramePipeline>(config(), cpu, std::move(setups));
@@ -89,12 +91,6 @@ struct Pipeline::Implementation {
   [[nodiscard]] GroundMode mode(bool is_estimated) const {
     if (options.extrinsics_given) return GroundMode::given;
     return is_estimated ? GroundMode::found : GroundMode::assumed;
-  }
-
-  // PipelineOptions::mask is the first camera's.
-  [[nodiscard]] const Image<std::uint8_t>& mask_of(std::size_t camera) const {
-    static const Image<std::uint8_t> none;
-    return camera == 0 ? options.mask : none;
   }
 
   std::unique_ptr<Stages> make_stages(std::size_t camera, const Rig& level_rig, PixelMask mask) {
@@ -157,7 +153,7 @@ struct Pipeline::Implementation {
   }
 
   [[nodiscard]] std::string prefix_of(std::size_t camera) const {
-    return cameras() == 1 ? "" : "camera " + std::to_string(camera) + ": ";
+    return cameras() == 1 ? "" : camera_names[camera] + ": ";
   }
 
   // A GPU that is lost, or whose driver fails: `automatic` continues on the CPU.
@@ -191,7 +187,10 @@ struct Pipeline::Implementation {
     for (std::size_t i{0}; i < cameras(); ++i) {
       const CameraInput& camera{input.camera(i)};
       FrameResult& seen{seen_by(i, into)};
-      if (cameras() > 1) begin_camera(config(), seen);
+      if (cameras() > 1) {
+        begin_camera(config(), seen);
+        seen.camera_name = camera_names[i];
+      }
       if (!options.stages) seen.stages = std::exchange(unwanted_stages[i], {});
       make_room(configs[i], camera.level_rig(), seen.stages);
       seen.rig = camera.rig();
@@ -228,7 +227,7 @@ struct Pipeline::Implementation {
     const auto is_ignored = [](std::uint8_t label) { return label == static_cast<std::uint8_t>(PixelLabel::ignore); };
     const bool ignores{std::ranges::any_of(labels, is_ignored)};
     if (!ignores && is_mask_of_frame[camera] == 0) return;
-    Image<std::uint8_t> mask{mask_of(camera)};
+    Image<std::uint8_t> mask{mask_of(options, camera)};
     if (ignores && mask.empty()) {
       mask = Image<std::uint8_t>{labels.width(), labels.height()};
       mask.fill(255);
@@ -317,7 +316,8 @@ struct Pipeline::Implementation {
   }
 
   std::vector<Rig> given_rigs;
-  std::vector<Config> configs;  // by camera
+  std::vector<Config> configs;            // by camera
+  std::vector<std::string> camera_names;  // names of several cameras
   PipelineOptions options;
   bool is_automatic;
   std::vector<std::uint8_t> has_estimate;  // by camera: extrinsics were estimated
@@ -382,6 +382,9 @@ const Rig& Pipeline::rig() const {
 std::span<const Rig> Pipeline::rigs() const {
   return implementation().given_rigs;
 }
+const std::vector<std::string>& Pipeline::camera_names() const {
+  return implementation().camera_names;
+}
 const Rig& Pipeline::next_rig(int camera) const {
   return implementation().input.camera(static_cast<std::size_t>(camera)).rig();
 }
@@ -397,8 +400,8 @@ int Pipeline::threads() const {
 MemoryUse Pipeline::memory_use() const {
   const Implementation& self{implementation()};
   MemoryUse use{self.frames->memory_use()};
-  use.host_bytes +=
-      sizeof self + self.input.memory_bytes() + memory_bytes_of(self.options.mask, self.result, self.unwanted_stages);
+  use.host_bytes += sizeof self + self.input.memory_bytes() +
+                    memory_bytes_of(self.options.mask, self.options.other_masks, self.result, self.unwanted_stages);
   return use;
 }
 BackEnd Pipeline::back_end() const {

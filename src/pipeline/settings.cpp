@@ -68,6 +68,16 @@ Config resolved(Config config, std::span<const Rig> rigs, std::size_t camera, bo
   return config;
 }
 
+const Image<std::uint8_t>& mask_of(const PipelineOptions& options, std::size_t camera) {
+  static const Image<std::uint8_t> none;
+  if (camera == 0) return options.mask;
+  return camera <= options.other_masks.size() ? options.other_masks[camera - 1] : none;
+}
+
+std::string name_of_camera(const PipelineOptions& options, std::size_t camera) {
+  return options.camera_names.empty() ? "camera" + std::to_string(camera) : options.camera_names[camera];
+}
+
 bool contains_view(const GridGeometry& grid, const Rig& rig) {
   const double left_rad{std::atan(rig.cx_px / rig.focal_px)};
   const double right_rad{-std::atan((rig.width_px - rig.cx_px) / rig.focal_px)};
@@ -87,7 +97,8 @@ std::uint64_t settings_of(const Config& config, const std::vector<Rig>& rigs, co
   StateWriter numbers;
   std::vector<Rig> same{rigs};
   Image<std::uint8_t> mask{options.mask};
-  numbers(same, mask);
+  std::vector<Image<std::uint8_t>> other_masks{options.other_masks};
+  numbers(same, mask, other_masks);
   return checksum_of(numbers.bytes()) ^ checksum_of(std::as_bytes(std::span{text}));
 }
 

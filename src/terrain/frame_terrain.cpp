@@ -229,7 +229,6 @@ void FrameTerrain::bound_filtered(std::span<const FrameTerrain* const> seen,
   if (claims_free) see_claims(is_usable, claims_free);
   for (int iy{0}; iy < window_rules_.height(); ++iy) witness_.bound(iy, result.world.occupancy.row(iy));
   remember_elevation(is_usable, result);
-  limit_speed(std::ranges::find(seen, this) != seen.end(), result);
 }
 
 // Stopping takes v·t + v²/(2a).

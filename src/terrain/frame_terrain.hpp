@@ -59,6 +59,8 @@ class FrameTerrain {
   /// another source has seen a place of the vehicle frame as free; empty: there is none.
   void bound_filtered(std::span<const FrameTerrain* const> seen, const std::function<bool(Point2)>& claims_free,
                       FrameResult& result);
+  /// Sets the speed limit of the camera by its last find(); `is_usable`: the frame has one that counts.
+  void limit_speed(bool is_usable, FrameResult& result) const;
   /// Clears the hazards of frames before.
   void reset() {
     low_obstacles_.reset();
@@ -85,7 +87,6 @@ class FrameTerrain {
   void clear_find();
   void merge(std::span<const FrameTerrain* const> seen);
   void bound_remembered(FrameResult& result) const;
-  void limit_speed(bool is_usable, FrameResult& result) const;
   void drop_witnesses();
   void see_ground(std::span<const FrameTerrain* const> seen);
   void remember_elevation(bool is_usable, FrameResult& result);

@@ -6,6 +6,7 @@
 
 #include "chain_run.hpp"
 #include "stereogrid/error.hpp"
+#include "stereogrid/points.hpp"
 
 namespace stereogrid::test {
 namespace {
@@ -126,7 +127,7 @@ TEST(SeveralCameras, OneRejectedCameraLeavesTheOthers) {
   EXPECT_TRUE(result.status.empty()) << "not a condition of all cameras";
   EXPECT_EQ(result.cameras[1].status, std::vector<FrameStatus>{FrameStatus::few_matches});
   ASSERT_FALSE(result.warnings.empty());
-  EXPECT_TRUE(result.warnings.front().text.starts_with("camera 1: ")) << result.warnings.front().text;
+  EXPECT_TRUE(result.warnings.front().text.starts_with("camera1: ")) << result.warnings.front().text;
   EXPECT_GT(highest_near(result.observed, result.vehicle.geometry, {wall_m - 0.5, 0}), 0.9);
   EXPECT_EQ(highest_near(result.observed, result.vehicle.geometry, {0, wall_m - 0.5}), 0.5f);
 }
@@ -170,7 +171,7 @@ TEST(SeveralCameras, AGridWithoutTheirViewsIsReportedOnce) {
     for (std::size_t i{0}; i < 2; ++i) {
       for (const Warning& warning : pipeline.process(scene.load(i)).warnings) {
         EXPECT_TRUE(warning.text.find("camera's view lie outside of the grid") != std::string::npos) << warning.text;
-        if (warning.text.starts_with("camera ")) cameras += warning.text[7];
+        if (warning.text.starts_with("camera")) cameras += warning.text[6];
         EXPECT_EQ(i, 0u);
       }
     }
@@ -251,6 +252,80 @@ TEST(SeveralCameras, TheFirstMayHaveNoImages) {
   frame.others.clear();
   frame.stamp_ns += 100'000'000;
   EXPECT_THROW(pipeline.process(frame), InputError) << "no images at all";
+}
+
+TEST(SeveralCameras, HaveNamesInWarningsAndResults) {
+  const Scene scene{scenes::parse_scene(four_cameras), 2};
+  const std::vector<std::string> names{"front", "left", "rear", "right"};
+  Pipeline pipeline{grid_around(), scene.rigs(), {.threads = 2, .camera_names = names}};
+  StereoFrame frame{scene.load(0)};
+  for (StereoFrame& other : frame.others) other.right.fill(3);
+  const FrameResult& result{pipeline.process(frame)};
+  EXPECT_EQ(pipeline.camera_names(), names);
+  std::set<std::string> warned;
+  for (const Warning& warning : result.warnings) warned.insert(warning.text.substr(0, warning.text.find(':')));
+  EXPECT_EQ(warned, (std::set<std::string>{"left", "rear", "right"}));
+  for (std::size_t i{0}; i < 4; ++i) EXPECT_EQ(result.cameras[i].camera_name, names[i]);
+  for (const std::vector<std::string>& wrong :
+       {std::vector<std::string>{"front"}, {"a", "a", "b", "c"}, {"a", "b", "c", "1d"}, {"a", "b", "c", "d/e"}}) {
+    EXPECT_THROW(Pipeline(grid_around(), scene.rigs(), {.camera_names = wrong}), ConfigError);
+  }
+}
+
+// The lower half of the second camera's image is the vehicle itself.
+TEST(SeveralCameras, HaveMasksOfTheirOwn) {
+  const Scene scene{scenes::parse_scene(four_cameras), 2};
+  Image<std::uint8_t> mask{256, 160};
+  mask.fill(255);
+  for (int v{80}; v < 160; ++v) std::fill_n(mask.row(v), 256, std::uint8_t{0});
+  Pipeline whole{grid_around(), scene.rigs(), {.threads = 2}};
+  Pipeline masked{grid_around(), scene.rigs(), {.threads = 2, .other_masks = {mask}}};
+  const FrameResult& expected{whole.process(scene.load(0))};
+  const FrameResult& result{masked.process(scene.load(0))};
+  const Image<float>& road{expected.cameras[1].stages.road_disparity};
+  EXPECT_GT(std::count_if(road.row(80), road.row(159), [](float disparity) { return disparity > 0; }), 1000);
+  for (int v{80}; v < 160; ++v) {
+    for (int u{0}; u < 256; ++u) {
+      ASSERT_EQ(result.cameras[1].stages.road_disparity(u, v), 0);
+      ASSERT_EQ(result.cameras[1].stages.obstacle_disparity(u, v), 0);
+    }
+  }
+  EXPECT_EQ(result.stages.road_disparity, expected.stages.road_disparity);
+  EXPECT_EQ(result.cameras[2].stages.road_disparity, expected.cameras[2].stages.road_disparity);
+  EXPECT_THROW(whole.load_state(masked.save_state()), InputError);
+  const Image<std::uint8_t> small{8, 8};
+  EXPECT_THROW(Pipeline(grid_around(), scene.rigs(), {.other_masks = {mask, small}}), ConfigError);
+  EXPECT_THROW(Pipeline(grid_around(), scene.rigs().first(1), {.other_masks = {mask}}), ConfigError);
+}
+
+TEST(SeveralCameras, TheSlowestLimitCounts) {
+  const Scene scene{scenes::parse_scene(four_cameras), 2};
+  Pipeline pipeline{grid_around(), scene.rigs(), {.threads = 2}};
+  StereoFrame frame{scene.load(0)};
+  frame.others[1].right.fill(3);
+  const FrameResult& result{pipeline.process(frame)};
+  EXPECT_GT(result.cameras[0].speed_limit_mps, 1);
+  EXPECT_EQ(result.cameras[2].speed_limit_mps, 0);
+  EXPECT_EQ(result.speed_limit_mps, 0);
+  EXPECT_EQ(result.speed_limit_reason, SpeedReason::frame);
+  const FrameResult& next{pipeline.process(scene.load(1))};
+  EXPECT_GT(next.speed_limit_mps, 1);
+  for (const FrameResult& camera : next.cameras) EXPECT_GE(camera.speed_limit_mps, next.speed_limit_mps);
+}
+
+// Wall and ground in the direction of each camera.
+TEST(SeveralCameras, PointsAreThoseOfAllOfThem) {
+  const Scene scene{scenes::parse_scene(four_cameras), 2};
+  Pipeline pipeline{grid_around(), scene.rigs(), {.threads = 2}};
+  const FrameResult& result{pipeline.process(scene.load(0))};
+  const std::vector<LabelledPoint> points{points_of(result, result.level_rig)};
+  for (const Rig& rig : rigs_of(result)) {
+    const Point2 wall{camera_place(rig) * Point2{wall_m - 0.5, 0}};
+    EXPECT_TRUE(std::ranges::any_of(points, [&](const LabelledPoint& point) {
+      return point.label == PointLabel::obstacle &&
+             std::hypot(static_cast<double>(point.x_m) - wall.x, static_cast<double>(point.y_m) - wall.y) < 1;
+    })) << rig.camera_yaw_rad;
+  }
 }
 
 // Each camera finds its own extrinsics.
