@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <filesystem>
 #include <limits>
@@ -91,13 +92,22 @@ Input open_input(const InputOptions& options) {
   input.recording = recording.get();
   input.mask = recording->contents().mask;
   input.extrinsics_given = recording->contents().calibration.has_extrinsics;
-  for (const auto& camera : recording->other_cameras())
+  for (const auto& camera : recording->other_cameras()) {
     input.extrinsics_given = input.extrinsics_given && camera->contents().calibration.has_extrinsics;
+    input.other_masks.push_back(camera->contents().mask);
+  }
   input.poses = recording->has_poses()                 ? PoseSource::input
                 : recording->contents().wants_odometry ? PoseSource::odometry
                                                        : PoseSource::none;
   input.source = std::move(recording);
   return input;
+}
+
+std::vector<std::string> names_of_cameras(const FrameSource& source) {
+  std::vector<std::string> names{source.camera_names()};
+  if (source.rigs().size() == 1) return {""};
+  for (std::size_t i{names.size()}; i < source.rigs().size(); ++i) names.push_back(fmt::format("camera{}", i));
+  return names;
 }
 
 io::RunInput describe(const Input& input, const InputOptions& options) {
@@ -152,8 +162,14 @@ io::FrameRange parse_frame_range(const std::string& text, std::size_t frames) {
 }
 
 std::string without_digits(std::string text) {
-  std::erase_if(text, [](char letter) { return letter >= '0' && letter <= '9'; });
-  return text;
+  const auto is_digit = [](char letter) { return letter >= '0' && letter <= '9'; };
+  std::string rest;
+  bool is_in_name{false};
+  for (const char letter : text) {
+    if (!is_digit(letter)) is_in_name = letter == '_' || std::isalpha(static_cast<unsigned char>(letter)) != 0;
+    if (is_in_name || !is_digit(letter)) rest += letter;
+  }
+  return rest;
 }
 
 StereoFrame first_usable_frame(const FrameSource& source, io::FrameRange range) {
@@ -179,6 +195,7 @@ io::RunDescription describe_run(const Input& input, const InputOptions& options,
   run.device = std::string{name_of(pipeline.back_end())};
   run.rig = pipeline.rig();
   run.other_rigs.assign(pipeline.rigs().begin() + 1, pipeline.rigs().end());
+  run.camera_names = pipeline.camera_names();
   run.grid = pipeline.vehicle_grid();
   run.world_grid = pipeline.world_grid();
   run.simd_target = std::string{simd_target()};

@@ -58,14 +58,18 @@ struct Input {
   const io::Recording* recording{nullptr};
   const scenes::Scene* scene{nullptr};
   PoseSource poses{PoseSource::input};
-  Image<std::uint8_t> mask{};    ///< PipelineOptions::mask
-  bool extrinsics_given{false};  ///< PipelineOptions::extrinsics_given
+  Image<std::uint8_t> mask{};                      ///< PipelineOptions::mask
+  std::vector<Image<std::uint8_t>> other_masks{};  ///< PipelineOptions::other_masks
+  bool extrinsics_given{false};                    ///< PipelineOptions::extrinsics_given
   /// Grid of another source at the time of a live frame, in the vehicle frame. None: only recordings have grids.
   std::function<std::optional<io::PlacedGrid>(const StereoFrame&)> grid_at{};
 };
 
 /// Throws InputError, ConfigError.
 [[nodiscard]] Input open_input(const InputOptions& options);
+
+/// Names of the cameras of a source; "": there is one.
+[[nodiscard]] std::vector<std::string> names_of_cameras(const FrameSource& source);
 
 /// For run.json.
 [[nodiscard]] io::RunInput describe(const Input& input, const InputOptions& options);
@@ -88,7 +92,8 @@ void log_calibration(const io::Calibration& calibration);
 
 extern const char* const frame_range_help;
 
-/// A text without its numbers: warnings that differ only in them are one and the same.
+/// A text without its numbers: warnings that differ only in them are one and the same. Digits of names stay, such as
+/// those of cameras.
 [[nodiscard]] std::string without_digits(std::string text);
 
 /// Description of a run of `pipeline` over frames of an input; the caller sets preset and outputs.

@@ -23,17 +23,19 @@ constexpr std::size_t frames_ahead{4};
 class FrameList : public FrameSource {
  public:
   /// `rigs`: one at least.
-  FrameList(std::vector<Rig> rigs, std::vector<StereoFrame> frames)
-      : rigs_{std::move(rigs)}, frames_{std::move(frames)} {}
+  FrameList(const std::vector<MountedRig>& rigs, std::vector<StereoFrame> frames)
+      : rigs_{without_masks(rigs)}, names_{names_of(rigs)}, frames_{std::move(frames)} {}
 
   [[nodiscard]] const Rig& rig() const override { return rigs_.front(); }
   [[nodiscard]] std::span<const Rig> rigs() const override { return rigs_; }
+  [[nodiscard]] std::vector<std::string> camera_names() const override { return names_; }
   [[nodiscard]] std::size_t size() const override { return frames_.size(); }
   [[nodiscard]] std::string name(std::size_t index) const override { return frames_.at(index).name; }
   [[nodiscard]] StereoFrame load(std::size_t index) const override { return frames_.at(index); }
 
  private:
   std::vector<Rig> rigs_;
+  std::vector<std::string> names_;
   std::vector<StereoFrame> frames_;
 };
 
@@ -62,8 +64,14 @@ void set_others(StereoFrame& frame, std::span<const Frame* const> others) {
 
 std::vector<MountedRig> Recording::rigs() const {
   std::vector<MountedRig> all;
-  for (const Rig& rig : source().rigs()) all.push_back({rig, input_->extrinsics_given});
-  all.front().mask = input_->mask;
+  const std::vector<std::string> names{source().camera_names()};
+  for (const Rig& rig : source().rigs()) {
+    const std::size_t camera{all.size()};
+    MountedRig& one{all.emplace_back(MountedRig{rig, input_->extrinsics_given})};
+    if (camera < names.size()) one.name = names[camera];
+    if (camera == 0) one.mask = input_->mask;
+    if (camera > 0 && camera <= input_->other_masks.size()) one.mask = input_->other_masks[camera - 1];
+  }
   return all;
 }
 
@@ -89,9 +97,10 @@ std::shared_ptr<Recording> recording_of(const std::vector<const Frame*>& frames,
   }
   const std::vector<MountedRig> rigs{rigs_of(rig)};
   auto input{std::make_shared<app::Input>()};
-  input->source = std::make_unique<FrameList>(without_masks(rigs), std::move(copies));
+  input->source = std::make_unique<FrameList>(rigs, std::move(copies));
   input->poses = pose_source_of(poses);
   input->mask = rigs.front().mask;
+  for (std::size_t i{1}; i < rigs.size(); ++i) input->other_masks.push_back(rigs[i].mask);
   input->extrinsics_given = std::ranges::all_of(rigs, &MountedRig::extrinsics_given);
   app::InputOptions options;
   options.poses = poses;

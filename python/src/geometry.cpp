@@ -155,7 +155,7 @@ std::string repr_of_rig(const MountedRig& self) {
     text += name + std::string{"="} + nb::cast<std::string>(nb::repr(nb::cast(self.rig.*member))) + ", ";
   });
   return text + "extrinsics_given=" + (self.extrinsics_given ? "True" : "False") +
-         (self.mask.empty() ? ")" : ", mask=...)");
+         (self.mask.empty() ? "" : ", mask=...") + (self.name.empty() ? ")" : ", name='" + self.name + "')");
 }
 
 MountedRig rig_of_file(const std::filesystem::path& path, int width_px, int height_px) {
@@ -177,7 +177,7 @@ void bind_rig_state(nb::class_<MountedRig>& rig) {
     visit_rig_fields([&](const char*, auto member, const char*) { values.append(self.rig.*member); });
     const Image<std::uint8_t>& m{self.mask};
     return nb::make_tuple(values, self.extrinsics_given, m.width(), m.height(),
-                          nb::bytes(reinterpret_cast<const char*>(m.data()), m.size()));
+                          nb::bytes(reinterpret_cast<const char*>(m.data()), m.size()), self.name);
   });
   rig.def("__setstate__", [](MountedRig& self, const nb::tuple& state) {
     auto* const made{new (&self) MountedRig{}};
@@ -191,6 +191,7 @@ void bind_rig_state(nb::class_<MountedRig>& rig) {
     made->mask = {nb::cast<int>(state[2]), nb::cast<int>(state[3])};
     const nb::bytes pixels{nb::borrow<nb::bytes>(state[4])};
     std::copy_n(static_cast<const std::uint8_t*>(pixels.data()), made->mask.size(), made->mask.data());
+    made->name = nb::cast<std::string>(state[5]);
   });
 }
 
@@ -202,10 +203,11 @@ void bind_rig(nb::module_& module) {
       "__init__",
       [](MountedRig* self, int width_px, int height_px, double focal_px, double cx_px, double cy_px, double baseline_m,
          double camera_height_m, double camera_pitch_rad, double camera_roll_rad, double camera_x_m, double camera_y_m,
-         double camera_yaw_rad, bool extrinsics_given, nb::handle mask) {
+         double camera_yaw_rad, bool extrinsics_given, nb::handle mask, std::string name) {
         new (self) MountedRig{{width_px, height_px, focal_px, cx_px, cy_px, baseline_m, camera_height_m,
                                camera_pitch_rad, camera_roll_rad, camera_x_m, camera_y_m, camera_yaw_rad},
                               extrinsics_given};
+        self->name = std::move(name);
         set_mask(*self, mask);
       },
       nb::kw_only(), nb::arg("width_px"), nb::arg("height_px"), nb::arg("focal_px"), nb::arg("cx_px"), nb::arg("cy_px"),
@@ -213,7 +215,7 @@ void bind_rig(nb::module_& module) {
       nb::arg("camera_pitch_rad") = standard.camera_pitch_rad, nb::arg("camera_roll_rad") = standard.camera_roll_rad,
       nb::arg("camera_x_m") = standard.camera_x_m, nb::arg("camera_y_m") = standard.camera_y_m,
       nb::arg("camera_yaw_rad") = standard.camera_yaw_rad, nb::arg("extrinsics_given") = MountedRig{}.extrinsics_given,
-      nb::arg("mask") = nb::none());
+      nb::arg("mask") = nb::none(), nb::arg("name") = "");
   visit_rig_fields([&](const char* name, auto member, const char* doc) {
     using T = std::remove_cvref_t<decltype(standard.*member)>;
     rig.def_prop_rw(
@@ -226,6 +228,7 @@ void bind_rig(nb::module_& module) {
       "mask", [](nb::handle self) { return view_unless_empty(nb::cast<const MountedRig&>(self).mask, self); },
       [](MountedRig& self, nb::handle mask) { set_mask(self, mask); }, nb::for_setter(nb::arg("mask").none()),
       "Image (height_px, width_px): 0 where the left image shows the vehicle itself; None: nowhere.");
+  rig.def_rw("name", &MountedRig::name, "Name of one of several cameras: a letter, then letters, digits and _.");
   rig.def_static("from_file", &rig_of_file, nb::arg("path"), nb::arg("width_px") = 0, nb::arg("height_px") = 0,
                  "Reads a calibration file of images of that size; 0: the file has it. Raises InputError.");
   rig.def(
@@ -251,13 +254,16 @@ std::vector<MountedRig> rigs_of(const RigOrRigs& one_or_more) {
   if (const auto* one{std::get_if<MountedRig>(&one_or_more)}) return {*one};
   const auto& rigs{std::get<std::vector<MountedRig>>(one_or_more)};
   if (rigs.empty()) throw ConfigError{"rig: no rigs (expected one at least)."};
-  const auto masked{
-      std::find_if(rigs.begin() + 1, rigs.end(), [](const MountedRig& rig) { return !rig.mask.empty(); })};
-  if (masked != rigs.end()) {
-    throw ConfigError{"mask of camera " + std::to_string(masked - rigs.begin()) +
-                      " (allowed for camera 0 only). Remove it."};
-  }
   return rigs;
+}
+
+std::vector<std::string> names_of(const std::vector<MountedRig>& rigs) {
+  std::vector<std::string> names;
+  const bool has_names{std::ranges::any_of(rigs, [](const MountedRig& rig) { return !rig.name.empty(); })};
+  if (rigs.size() == 1 || !has_names) return names;
+  for (const MountedRig& rig : rigs)
+    names.push_back(rig.name.empty() ? "camera" + std::to_string(names.size()) : rig.name);
+  return names;
 }
 
 std::vector<Rig> without_masks(const std::vector<MountedRig>& rigs) {

@@ -21,13 +21,16 @@ struct MountedRig {
   Rig rig;
   bool extrinsics_given{true};
   Image<std::uint8_t> mask{};
+  std::string name{};  ///< name of one of several cameras (PipelineOptions::camera_names); empty: a numbered one
 };
 
 /// A rig, or those of several cameras.
 using RigOrRigs = std::variant<MountedRig, std::vector<MountedRig>>;
 
-/// The rigs, one at least. Throws ConfigError: none, or a mask of another camera than the first.
+/// The rigs, one at least. Throws ConfigError: none.
 [[nodiscard]] std::vector<MountedRig> rigs_of(const RigOrRigs& one_or_more);
+/// Names of several cameras; empty: one camera, or none has a name.
+[[nodiscard]] std::vector<std::string> names_of(const std::vector<MountedRig>& rigs);
 [[nodiscard]] std::vector<Rig> without_masks(const std::vector<MountedRig>& rigs);
 
 /// Pose of the vehicle from Pose, three numbers (x_m, y_m, yaw_rad), or a matrix world_from_camera of 3 × 4 or 4 × 4;

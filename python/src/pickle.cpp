@@ -102,7 +102,7 @@ class Archive {
     (*this)(r.rig, r.level_rig, r.ground, r.world_from_vehicle, r.obstacle_density, r.road_density, r.observed,
             r.elevation_m, r.elevation_sigma_m, r.terrain, r.witness, r.world_elevation_m, r.world_elevation_sigma_m,
             r.world_terrain, r.speed_limit_mps, r.speed_limit_reason, r.vehicle, r.world, r.predictions, r.obstacles,
-            r.stages, r.timing_ms, r.status, r.warnings, r.exposure, r.cameras, r.has_images);
+            r.stages, r.timing_ms, r.status, r.warnings, r.exposure, r.cameras, r.has_images, r.camera_name);
   }
 
   bool is_reading_{false};

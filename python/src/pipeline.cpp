@@ -34,6 +34,8 @@ PipelineOptions PyPipeline::with(PipelineOptions options, const std::vector<Moun
   if (!problem.empty()) throw ConfigError{"device " + problem + "."};
   app::set_device(options, device);
   options.mask = rigs.front().mask;
+  for (std::size_t i{1}; i < rigs.size(); ++i) options.other_masks.push_back(rigs[i].mask);
+  options.camera_names = names_of(rigs);
   options.extrinsics_given = std::ranges::all_of(rigs, &MountedRig::extrinsics_given);
   return options;
 }

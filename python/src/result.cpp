@@ -211,6 +211,9 @@ void bind_cameras(nb::module_& module, nb::class_<Result>& result) {
   nb::class_<FrameResult> camera{module, "CameraResult",
                                  "Result of one of several cameras alone. Views in the cells of FrameResult.grid."};
   const auto of = [](nb::handle self) -> const FrameResult& { return nb::cast<const FrameResult&>(self); };
+  camera.def_ro("name", &FrameResult::camera_name, "Name of the camera (Rig.name).");
+  camera.def_ro("speed_limit_mps", &FrameResult::speed_limit_mps,
+                "Limit of this camera; 0 without a usable frame; inf: none.");
   camera.def_ro("has_images", &FrameResult::has_images, "False: the camera has no images in this frame.");
   camera.def_prop_ro(
       "rig", [](const FrameResult& self) { return MountedRig{self.rig}; }, "Rig of this frame.");
@@ -230,7 +233,7 @@ void bind_cameras(nb::module_& module, nb::class_<Result>& result) {
   camera.def_ro("status", &FrameResult::status);
   camera.def_prop_ro("warnings", [](const FrameResult& self) { return texts_of(self.warnings); });
   camera.def("__repr__", [](const FrameResult& self) {
-    return repr_of("CameraResult", std::pair{"has_images", self.has_images},
+    return repr_of("CameraResult", std::pair{"name", self.camera_name}, std::pair{"has_images", self.has_images},
                    std::pair{"obstacle_density", self.obstacle_density});
   });
   result.def_prop_ro(

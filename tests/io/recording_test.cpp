@@ -58,11 +58,32 @@ TEST_F(RecordingTest, CamerasOfOneVehicle) {
   const auto recording{open()};
   ASSERT_EQ(recording->rigs().size(), 2U);
   EXPECT_EQ(recording->rigs()[1].camera_yaw_rad, 3);
+  EXPECT_EQ(recording->camera_names(), (std::vector<std::string>{"front", "rear"}));
   const StereoFrame frame{recording->load(1)};
   ASSERT_EQ(frame.others.size(), 1U);
   EXPECT_EQ(frame.others[0].camera, 1);
   EXPECT_EQ(frame.others[0].stamp_ns, frame.stamp_ns);
   EXPECT_EQ(frame.others[0].left(0, 0), 11);
+}
+
+TEST_F(RecordingTest, CamerasHaveNamesOfTopics) {
+  for (const char* const name : {"2", "a-b", "a_b"}) put_plain(folder / name);
+  put(folder / "calibration.yaml", "cameras: [\"2\", a-b, a_b]\n");
+  EXPECT_EQ(open()->camera_names(), (std::vector<std::string>{"camera2", "a_b", "a_b_2"}));
+}
+
+TEST_F(RecordingTest, CamerasHaveMasksOfTheirOwn) {
+  put_cameras(folder.path());
+  cv::Mat1b mask(33, 65, std::uint8_t{255});
+  mask.rowRange(20, 33) = 0;
+  cv::imwrite((folder / "rear" / "own.png").string(), mask);
+  std::string calibration{read_text(folder / "rear" / "calibration.yaml", 1000)};
+  put(folder / "rear" / "calibration.yaml", calibration + "mask: own.png\n");
+  const auto recording{open()};
+  EXPECT_TRUE(recording->contents().mask.empty());
+  const Image<std::uint8_t>& of_rear{recording->other_cameras().front()->contents().mask};
+  EXPECT_EQ(of_rear(3, 19), 255);
+  EXPECT_EQ(of_rear(3, 20), 0);
 }
 
 TEST_F(RecordingTest, ACameraMayMissImages) {
@@ -81,7 +102,7 @@ TEST_F(RecordingTest, ACameraMayMissImages) {
   EXPECT_TRUE(recording->load(2).others.empty());
   FrameQueue queue{*recording, 0, 3};
   EXPECT_FALSE(queue.next()->warning);
-  EXPECT_THAT(queue.next()->warning.value(), HasSubstr("camera 0 has no usable images"));
+  EXPECT_THAT(queue.next()->warning.value(), HasSubstr("front: no usable images"));
   fs::remove(folder / "rear" / "right" / "b.png");
   expect_error([&] { static_cast<void>(open()->load(1)); }, {"left", "b.png", "missing"});
 }

@@ -101,9 +101,30 @@ def test_mistakes(around: sg.Recording) -> None:
         pipeline.process([copy_of(frame), copy_of(frame)])
     with pytest.raises(sg.InputError, match=r"camera is 7 \(allowed 0 … 2\)"):
         pipeline.process([sg.Frame(frame.left, frame.right, camera=7)])
+
+
+def test_masks_and_names(around: sg.Recording) -> None:
     rigs: Any = around.rigs
-    rigs[1].mask = np.full((160, 256), 255, np.uint8)
-    with pytest.raises(sg.ConfigError, match="mask of camera 1"):
+    mask = np.full((160, 256), 255, np.uint8)
+    mask[80:] = 0
+    rigs[1].mask = mask
+    for rig, name in zip(rigs, ["front", "left", "right"]):
+        rig.name = name
+    assert "name='left'" in repr(pickle.loads(pickle.dumps(rigs[1])))
+    frame = around[0]
+    masked, whole = pipeline_of(rigs).process(frame), pipeline_of(around.rigs).process(frame)
+    assert [camera.name for camera in masked.cameras] == ["front", "left", "right"]
+    assert [camera.name for camera in whole.cameras] == ["camera0", "camera1", "camera2"]
+    assert not masked.cameras[1].stages.road_disparity[80:].any() and whole.cameras[1].stages.road_disparity[80:].any()
+    np.testing.assert_array_equal(masked.cameras[2].observed, whole.cameras[2].observed)
+    assert min(camera.speed_limit_mps for camera in whole.cameras) == whole.speed_limit_mps
+    again = sg.Recording([frame], rigs)
+    np.testing.assert_array_equal(again.rigs[1].mask, mask)
+    rigs[2].name = "left"
+    with pytest.raises(sg.ConfigError, match="names of the cameras"):
+        pipeline_of(rigs)
+    rigs[2].mask = mask[:, :8]
+    with pytest.raises(sg.ConfigError, match="mask of camera 2"):
         pipeline_of(rigs)
 
 

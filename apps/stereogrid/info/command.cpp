@@ -55,12 +55,24 @@ void print_camera(const Rig& rig, bool has_extrinsics, bool estimates) {
                                          : used + " (assumed: not in the calibration, and ground.estimate is off)");
 }
 
-/// Place of a camera that is not at the vehicle's origin.
-void print_place(std::size_t camera, const Rig& rig) {
-  if (camera_place(rig) == Pose2{}) return;
-  print_row(fmt::format("camera {}", camera).c_str(),
-            fmt::format("{:.3g} m ahead, {:.3g} m to the left, turned by {:.1f}°", rig.camera_x_m, rig.camera_y_m,
-                        rig.camera_yaw_rad * degrees));
+/// True: only their places differ.
+bool is_like(Rig rig, const Rig& other) {
+  rig.camera_x_m = other.camera_x_m;
+  rig.camera_y_m = other.camera_y_m;
+  rig.camera_yaw_rad = other.camera_yaw_rad;
+  return rig == other;
+}
+
+/// Text of one of several cameras.
+std::string of_camera(const std::string& name, const std::string& text) {
+  return name.empty() ? text : fmt::format("{}: {}", name, text);
+}
+
+/// Place of a camera that is not at the vehicle's origin, or one of several.
+void print_place(const std::string& name, const Rig& rig) {
+  if (camera_place(rig) == Pose2{} && name.empty()) return;
+  print_row("place", of_camera(name, fmt::format("{:.3g} m ahead, {:.3g} m to the left, turned by {:.1f}°",
+                                                 rig.camera_x_m, rig.camera_y_m, rig.camera_yaw_rad * degrees)));
 }
 
 std::string poses_text(const io::RecordingContents& contents) {
@@ -69,6 +81,11 @@ std::string poses_text(const io::RecordingContents& contents) {
   return fmt::format(
       "none: {}{}", contents.wants_odometry ? "visual odometry from the images" : "the vehicle is taken to stand still",
       source.empty() ? "" : fmt::format(" ({})", source));
+}
+
+void print_mask(const io::RecordingContents& contents) {
+  if (contents.mask_file.empty()) return;
+  print_row("mask", of_camera(contents.camera_name, io::printable_path(contents.mask_file)));
 }
 
 void print_recording(const io::Recording& recording) {
@@ -82,7 +99,8 @@ void print_recording(const io::Recording& recording) {
                                 : fmt::format("{} ({})", io::printable_path(contents.calibration_file), kind)) +
                                (contents.calibration.raw ? ", raw images: rectified on loading" : ""));
   for (const std::string& note : contents.calibration.notes) print_row("", note);
-  if (!contents.mask_file.empty()) print_row("mask", io::printable_path(contents.mask_file));
+  print_mask(contents);
+  for (const auto& other : recording.other_cameras()) print_mask(other->contents());
   print_row("poses", poses_text(contents));
   print_row("lidar", recording.has_scans() ? "yes" : "no");
   if (!contents.labels.empty()) print_row("labels", io::printable_path(contents.labels));
@@ -102,7 +120,7 @@ void print_stamps(const Input& input) {
 }
 
 /// Prints the smallest steps up and down that the camera resolves, by range (docs/terrain.md, formulas 1, 4 and 6).
-void print_terrain(const Config& config, const Rig& rig) {
+void print_terrain(const Config& config, const Rig& rig, const std::string& camera) {
   constexpr double sigma_px{0.3};
   constexpr double drops{3};  // in smallest drops that geometry allows
   if (config.ground.model != GroundModel::terrain) return;
@@ -117,23 +135,31 @@ void print_terrain(const Config& config, const Rig& rig) {
     const double down{std::max(config.vehicle.step_max_m, drops * rig.camera_height_m * x / (focal_baseline - x))};
     text += fmt::format("{}{:.2f}/{:.2f} m at {:.2g} m", text.empty() ? "" : ", ", up, down, x);
   }
-  print_row("steps", "up/down, visible from " + text);
+  print_row("steps", of_camera(camera, "up/down, visible from " + text));
 }
 
-/// `rig`: with the extrinsics that were found.
-void print_plan(const Config& asked, const Rig& rig, bool extrinsics_given) {
-  const Pipeline pipeline{asked, rig, {.extrinsics_given = extrinsics_given}};
+/// `looks`: with the extrinsics that were found.
+void print_plan(const Config& asked, const std::vector<Look>& looks, bool extrinsics_given) {
+  std::vector<Rig> rigs;
+  for (const Look& look : looks) rigs.push_back(look.rig);
+  const Pipeline pipeline{asked, rigs, {.extrinsics_given = extrinsics_given}};
   const Config& config{pipeline.config()};
   const GridGeometry grid{pipeline.vehicle_grid()};
-  const double depth_of_one_px{rig.focal_px * rig.baseline_m};
   const int last{config.matching.disparities - 1};
   const double far_m{config.grid.length_m};
-  print_row("grid", fmt::format("{:g} m ahead × {:g} m wide, {} × {} cells of {:g} m", config.grid.length_m,
+  print_row("grid", fmt::format("{:g} m ahead{} × {:g} m wide, {} × {} cells of {:g} m", far_m,
+                                config.grid.rear_m > 0 ? fmt::format(" and {:g} m behind", config.grid.rear_m) : "",
                                 config.grid.width_m, grid.nx, grid.ny, grid.cell_size_m));
-  print_row("disparities",
-            fmt::format("1 to {} px: {:.1f} m to {:.0f} m; one pixel is {:.2f} m at {:g} m", last,
-                        depth_of_one_px / last, depth_of_one_px, far_m * far_m / depth_of_one_px, far_m));
-  print_terrain(config, rig);
+  for (std::size_t i{0}; i < looks.size(); ++i) {
+    const Look& look{looks[i]};
+    if (i > 0 && is_like(look.rig, looks[i - 1].rig)) continue;
+    const double depth_of_one_px{look.rig.focal_px * look.rig.baseline_m};
+    print_row("disparities",
+              of_camera(look.camera,
+                        fmt::format("1 to {} px: {:.1f} m to {:.0f} m; one pixel is {:.2f} m at {:g} m", last,
+                                    depth_of_one_px / last, depth_of_one_px, far_m * far_m / depth_of_one_px, far_m)));
+    print_terrain(config, look.rig, look.camera);
+  }
   print_row("memory", fmt::format("{:.0f} MB", static_cast<double>(pipeline.memory_use().host_bytes) / 1e6));
 }
 
@@ -143,17 +169,19 @@ double tenths(double angle_rad) {
 }
 
 void print_look(const Look& look, std::size_t frames, const Config& config) {
-  print_row("looked at", fmt::format("{} of {} frames, {} can be used", look.looked_at, frames, look.usable));
+  const auto row = [&look](const char* what, const std::string& text) {
+    print_row(what, of_camera(look.camera, text));
+  };
+  row("looked at", fmt::format("{} of {} frames, {} can be used", look.looked_at, frames, look.usable));
   if (!config.ground.estimate || look.tried == 0) return;
   const std::string found{fmt::format("found in {} of {} frames", look.road_found, look.tried)};
-  print_row("road",
-            look.road_found == 0
-                ? found
-                : fmt::format("{}: camera {:.2f} ± {:.3f} m above it, pitch {:.1f} ± {:.1f}°, roll {:.1f} ± {:.1f}°",
-                              found, look.road.height_m, look.road.height_sigma_m, tenths(look.road.pitch_rad),
-                              tenths(look.road.pitch_sigma_rad), tenths(look.road.roll_rad),
-                              tenths(look.road.roll_sigma_rad)));
-  if (!look.mount.empty()) print_row("estimated", look.mount + " (for calibration.yaml)");
+  row("road", look.road_found == 0
+                  ? found
+                  : fmt::format("{}: camera {:.2f} ± {:.3f} m above it, pitch {:.1f} ± {:.1f}°, roll {:.1f} ± {:.1f}°",
+                                found, look.road.height_m, look.road.height_sigma_m, tenths(look.road.pitch_rad),
+                                tenths(look.road.pitch_sigma_rad), tenths(look.road.roll_rad),
+                                tenths(look.road.roll_sigma_rad)));
+  if (!look.mount.empty()) row("estimated", look.mount + " (for calibration.yaml)");
 }
 
 /// Takes the whole drive through the pipeline.
@@ -212,32 +240,40 @@ int show(InfoOptions& options) {
   const bool is_automatic{options.config.preset == automatic_preset};
   if (is_automatic) options.config.preset = choice.preset;
   const Config config{config_from(options.config)};
-  const Rig& rig{input.source->rig()};
   const std::size_t frames{input.source->size()};
   print_row("input", fmt::format("{} ({})", fmt::join(options.input.paths, " "),
                                  input.recording != nullptr ? input.recording->contents().kind : "built-in scene"));
   print_row("frames", frames == 0
                           ? "none"
                           : fmt::format("{}, {} to {}", frames, input.source->name(0), input.source->name(frames - 1)));
-  print_camera(rig, input.recording == nullptr || input.recording->contents().calibration.has_extrinsics,
-               config.ground.estimate);
-  for (std::size_t i{0}; i < input.source->rigs().size(); ++i) print_place(i, input.source->rigs()[i]);
+  const std::vector<std::string> names{names_of_cameras(*input.source)};
+  for (std::size_t i{0}; i < names.size(); ++i) {
+    const Rig& rig{input.source->rigs()[i]};
+    print_place(names[i], rig);
+    if (i > 0 && is_like(rig, input.source->rigs()[i - 1])) continue;
+    const io::Recording* const recording{
+        i == 0 || input.recording == nullptr ? input.recording : input.recording->other_cameras()[i - 1].get()};
+    print_camera(rig, recording == nullptr || recording->contents().calibration.has_extrinsics, config.ground.estimate);
+  }
   if (input.recording != nullptr) print_recording(*input.recording);
   print_stamps(input);
   if (is_automatic) print_row("preset", fmt::format("{}: {}", choice.preset, choice.reason));
   if (const std::string advice{advice_on_preset(config, choice.rig)}; !advice.empty()) print_row("preset", advice);
-  Look look{look_at_frames(input, config, frames_looked_at)};
-  print_plan(config, look.rig, input.extrinsics_given);
-  print_look(look, frames, config);
-  if (input.recording != nullptr) {
-    const auto& warnings{input.recording->contents().warnings};
-    look.problems.insert(look.problems.begin(), warnings.begin(), warnings.end());
+  const std::vector<Look> looks{look_at_frames(input, config, frames_looked_at)};
+  print_plan(config, looks, input.extrinsics_given);
+  std::vector<std::string> problems;
+  if (input.recording != nullptr) problems = input.recording->contents().warnings;
+  for (const Look& look : looks) {
+    print_look(look, frames, config);
+    for (const std::string& problem : look.problems) problems.push_back(of_camera(look.camera, problem));
+    if (look.is_hopeless && looks.size() > 1) problems.push_back(of_camera(look.camera, "cannot be used"));
   }
-  if (const auto text{contradiction_of_poses(input)}) look.problems.push_back(*text);
+  if (const auto text{contradiction_of_poses(input)}) problems.push_back(*text);
   if (!options.proposed_mask.empty()) propose_mask(input, config, options.proposed_mask);
-  for (const std::string& problem : look.problems) print_row("problem", problem);
-  print_row("verdict", look.is_hopeless ? "cannot be used" : look.problems.empty() ? "fine" : "usable");
-  return look.is_hopeless ? exit_input : exit_done;
+  for (const std::string& problem : problems) print_row("problem", problem);
+  const bool is_hopeless{std::ranges::all_of(looks, &Look::is_hopeless)};
+  print_row("verdict", is_hopeless ? "cannot be used" : problems.empty() ? "fine" : "usable");
+  return is_hopeless ? exit_input : exit_done;
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <memory>
 #include <optional>
 #include <set>
 #include <utility>
@@ -45,59 +46,51 @@ struct Tally {
   }
 };
 
-class Looking {
+/// Input of one of several cameras, without a source.
+Input camera_input(const Input& input, std::size_t camera) {
+  Input own;
+  if (input.recording != nullptr) own.recording = input.recording->other_cameras()[camera - 1].get();
+  own.scene = input.scene;
+  own.poses = input.poses;
+  if (camera <= input.other_masks.size()) own.mask = input.other_masks[camera - 1];
+  own.extrinsics_given = input.extrinsics_given;
+  return own;
+}
+
+class CameraLook {
  public:
-  Looking(const Input& input, const Config& config, std::size_t count)
-      : input_{input},
-        source_{*input.source},
+  /// `name`: of one of several cameras.
+  CameraLook(const Input& input, const Config& config, std::size_t camera, const std::string& name)
+      : all_{input},
+        own_{camera == 0 ? Input{} : camera_input(input, camera)},
+        input_{camera == 0 ? input : own_},
+        camera_{static_cast<int>(camera)},
+        rig_{input.source->rigs()[camera]},
         config_{config},
-        pipeline_{
-            config, source_.rig(), {.stages = false, .mask = input.mask, .extrinsics_given = input.extrinsics_given}},
-        looked_at_{spread(source_.size(), count)},
-        tried_{spread(source_.size(), others_tried)} {}
-
-  Look look() {
-    for (const std::size_t index : looked_at_) load(index);
-    // the first ones that can be used, one after the other
-    for (std::size_t index{0}, taken{0}; index < source_.size() && index < 10 && taken < first_tried; ++index) {
-      tried_.insert(index);
-      taken += unusable_.contains(index) ? 0 : 1;
-    }
-    const auto start{std::chrono::steady_clock::now()};
-    for (const std::size_t index : tried_) {
-      if (look_.tried >= first_tried && std::chrono::steady_clock::now() - start > longest_try) break;
-      attempt(index);
-    }
-    diagnose();
-    return std::move(look_);
+        pipeline_{config, rig_, {.stages = false, .mask = input_.mask, .extrinsics_given = input.extrinsics_given}} {
+    look_.camera = name;
   }
+  CameraLook(const CameraLook&) = delete;
+  CameraLook& operator=(const CameraLook&) = delete;
 
- private:
-  void load(std::size_t index) {
+  /// `all`: frames of all cameras; nullptr: it cannot be loaded.
+  void load(const StereoFrame* all) {
     ++look_.looked_at;
-    try {
-      const StereoFrame frame{source_.load(index)};
-      if (frame.left.empty()) return report(fmt::format("frame {}: camera 0 has no usable images", frame.name));
-      ++look_.usable;
-      if (look_.usable == 1 && input_.recording != nullptr) {
-        for (std::string& text : faults_of_frame(frame, context())) report(std::move(text));
-      }
-      if (frame.right.empty()) return;
-      if (is_without_texture(frame)) return blank_.add(frame.name);
-      if (frame.left == frame.right) identical_.add(frame.name);
-    } catch (const InputError& error) {
-      unusable_.insert(index);
-      look_.problems.push_back(fmt::format("frame {} cannot be used: {}", source_.name(index), error.what()));
+    const StereoFrame* const frame{all == nullptr ? nullptr : frame_of(*all, camera_)};
+    if (frame == nullptr) return;  // reported by the source, or a slower camera
+    if (frame->left.empty()) return report(fmt::format("frame {}: no usable images", frame->name));
+    ++look_.usable;
+    if (look_.usable == 1 && input_.recording != nullptr) {
+      for (std::string& text : faults_of_frame(*frame, context())) report(std::move(text));
     }
+    if (frame->right.empty()) return;
+    if (is_without_texture(*frame)) return blank_.add(frame->name);
+    if (frame->left == frame->right) identical_.add(frame->name);
   }
 
-  void attempt(std::size_t index) {
-    std::optional<StereoFrame> frame;
-    try {
-      frame = source_.load(index);
-    } catch (const InputError&) {
-      return;  // said where it was looked at
-    }
+  void attempt(const StereoFrame& all, std::size_t index) {
+    const std::optional<StereoFrame> frame{own_frame(all, index)};
+    if (!frame || frame->left.empty()) return;
     const FrameResult& result{pipeline_.process(*frame)};
     ++look_.tried;
     const io::FrameSummary summary{io::summary_of(*frame, result)};
@@ -110,18 +103,11 @@ class Looking {
     found_.back().pitch_rad += result.rig.camera_pitch_rad - result.level_rig.camera_pitch_rad;
   }
 
-  [[nodiscard]] std::string in_frames(const Tally& tally, std::size_t all) const {
-    return fmt::format("in {} of {} frames (first: {})", tally.frames, all, tally.first);
-  }
-
-  [[nodiscard]] TallyContext context() const {
-    return {input_, config_, source_.rig(), pipeline_.next_rig(),
-            [this](std::size_t index) { return std::optional<StereoFrame>{source_.load(index)}; }};
-  }
-
   void report(std::string text) { look_.problems.push_back(std::move(text)); }
 
-  void diagnose() {
+  [[nodiscard]] std::size_t tried() const { return look_.tried; }
+
+  Look diagnose() {
     if (identical_.frames > 0) {
       report(fmt::format("left and right are the same image {}: give the right camera's images.",
                          in_frames(identical_, look_.looked_at)));
@@ -136,12 +122,34 @@ class Looking {
     measure_road();
     const Rig& rig{pipeline_.next_rig()};
     look_.rig = rig;
-    if (rig != source_.rig()) {
+    if (rig != rig_) {
       look_.mount = fmt::format("mount: {{camera_height_m: {:.3f}, camera_pitch_rad: {:.4f}, camera_roll_rad: {:.4f}}}",
                                 rig.camera_height_m, rig.camera_pitch_rad, rig.camera_roll_rad);
     }
     const bool is_nothing_known{look_.tried > 0 && tally_.unknown.frames == look_.tried};
     look_.is_hopeless = look_.usable == 0 || found.are_sides_swapped || is_nothing_known;
+    return std::move(look_);
+  }
+
+ private:
+  /// The camera's frame alone, with the place of all in the input.
+  [[nodiscard]] std::optional<StereoFrame> own_frame(const StereoFrame& all, std::size_t index) const {
+    const StereoFrame* const frame{frame_of(all, camera_)};
+    if (frame == nullptr) return std::nullopt;
+    StereoFrame own{*frame};
+    own.others.clear();
+    own.camera = 0;
+    own.index = static_cast<std::int64_t>(index);
+    return own;
+  }
+
+  [[nodiscard]] std::string in_frames(const Tally& tally, std::size_t all) const {
+    return fmt::format("in {} of {} frames (first: {})", tally.frames, all, tally.first);
+  }
+
+  [[nodiscard]] TallyContext context() const {
+    return {input_, config_, rig_, pipeline_.next_rig(),
+            [this](std::size_t index) { return own_frame(all_.source->load(index), index); }};
   }
 
   void measure_road() {
@@ -158,13 +166,13 @@ class Looking {
                   median_of(&Ground::roll_sigma_rad)};
   }
 
-  const Input& input_;
-  const FrameSource& source_;
+  const Input& all_;
+  Input own_;
+  const Input& input_;  // input of this camera
+  int camera_;
+  Rig rig_;
   const Config& config_;
   Pipeline pipeline_;
-  std::set<std::size_t> looked_at_;
-  std::set<std::size_t> tried_;
-  std::set<std::size_t> unusable_;
   std::vector<Ground> found_;
   FrameTally tally_;
   std::string own_vehicle_;  ///< warning of a frame that shows the vehicle itself
@@ -175,8 +183,41 @@ class Looking {
 
 }  // namespace
 
-Look look_at_frames(const Input& input, const Config& config, std::size_t count) {
-  return Looking{input, config, count}.look();
+std::vector<Look> look_at_frames(const Input& input, const Config& config, std::size_t count) {
+  const FrameSource& source{*input.source};
+  const std::vector<std::string> names{names_of_cameras(source)};
+  std::vector<std::unique_ptr<CameraLook>> cameras;
+  for (std::size_t i{0}; i < source.rigs().size(); ++i)
+    cameras.push_back(std::make_unique<CameraLook>(input, config, i, names[i]));
+  std::set<std::size_t> unusable;
+  for (const std::size_t index : spread(source.size(), count)) {
+    std::optional<StereoFrame> frame;
+    try {
+      frame = source.load(index);
+    } catch (const InputError& error) {
+      unusable.insert(index);
+      cameras.front()->report(fmt::format("frame {} cannot be used: {}", source.name(index), error.what()));
+    }
+    for (const auto& camera : cameras) camera->load(frame ? &*frame : nullptr);
+  }
+  std::set<std::size_t> tried{spread(source.size(), others_tried)};
+  // the first ones that can be used, one after the other
+  for (std::size_t index{0}, taken{0}; index < source.size() && index < 10 && taken < first_tried; ++index) {
+    tried.insert(index);
+    taken += unusable.contains(index) ? 0 : 1;
+  }
+  const auto start{std::chrono::steady_clock::now()};
+  for (const std::size_t index : tried) {
+    if (cameras.front()->tried() >= first_tried && std::chrono::steady_clock::now() - start > longest_try) break;
+    try {
+      const StereoFrame frame{source.load(index)};
+      for (const auto& camera : cameras) camera->attempt(frame, index);
+    } catch (const InputError&) {  // said where it was looked at
+    }
+  }
+  std::vector<Look> looks;
+  for (const auto& camera : cameras) looks.push_back(camera->diagnose());
+  return looks;
 }
 
 }  // namespace stereogrid::app

@@ -10,8 +10,9 @@
 
 namespace stereogrid::app {
 
-/// Findings from some frames of an input.
+/// Findings from some frames of a camera.
 struct Look {
+  std::string camera;  ///< name of one of several cameras
   std::size_t looked_at{0};
   std::size_t usable{0};      ///< could be loaded
   std::size_t tried{0};       ///< frames processed by the pipeline
@@ -24,7 +25,7 @@ struct Look {
 };
 
 /// Loads `count` frames spread over the input, and takes a few of them, the first ones and some of the others, through
-/// the pipeline, for a few seconds at most. Says in plain words what is wrong and what would mend it.
-[[nodiscard]] Look look_at_frames(const Input& input, const Config& config, std::size_t count);
+/// the pipeline, for a few seconds at most. Says in plain words what is wrong and what would mend it, for each camera.
+[[nodiscard]] std::vector<Look> look_at_frames(const Input& input, const Config& config, std::size_t count);
 
 }  // namespace stereogrid::app

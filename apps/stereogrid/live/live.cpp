@@ -78,12 +78,19 @@ std::span<const Rig> rigs_of(const LiveInput& input) {
   return recorded != nullptr ? recorded->rigs() : std::span{&input.source->rig(), 1};
 }
 
+std::vector<std::string> names_of_cameras(const LiveInput& input) {
+  const FrameSource* const recorded{input.recording.source.get()};
+  return recorded != nullptr ? recorded->camera_names() : std::vector<std::string>{};
+}
+
 /// The same frames with another preset, for the page only.
 class OtherPreset {
  public:
   OtherPreset(const LiveOptions& options, const LiveInput& input, server::Server& viewers)
       : pipeline_{start_pipeline(config_of(options), rigs_of(input), options.device,
                                  {.mask = input.mask,
+                                  .other_masks = input.recording.other_masks,
+                                  .camera_names = names_of_cameras(input),
                                   .extrinsics_given = input.recording.extrinsics_given,
                                   .in_world_of_poses = input.in_world_of_poses})},
         sink_{viewer_sink(viewers)},
@@ -307,6 +314,8 @@ int live(const LiveOptions& options) {
   Pipeline pipeline{start_pipeline(config, rigs_of(input), options.device,
                                    {.horizons_s = options.predict_s,
                                     .mask = input.mask,
+                                    .other_masks = input.recording.other_masks,
+                                    .camera_names = names_of_cameras(input),
                                     .extrinsics_given = input.recording.extrinsics_given,
                                     .in_world_of_poses = input.in_world_of_poses})};
   const FusionStage fusion{fused, input.recording, pipeline.vehicle_grid()};

@@ -36,6 +36,8 @@ PipelineOptions pipeline_options(const RunOptions& options, const Input& input) 
   return {.stages = stages,
           .horizons_s = options.predict_s,
           .mask = input.mask,
+          .other_masks = input.other_masks,
+          .camera_names = input.source->camera_names(),
           .extrinsics_given = input.extrinsics_given,
           .start = start_of(options, input)};
 }

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <utility>
 
 #include "input/calibration/yaml_group.hpp"
@@ -14,6 +15,29 @@
 namespace stereogrid::io {
 
 namespace fs = std::filesystem;
+
+namespace {
+
+/// Name of the camera of a folder (PipelineOptions::camera_names).
+std::string camera_name(const fs::path& folder) {
+  std::string name{folder.filename().string()};
+  std::ranges::replace_if(
+      name, [](unsigned char letter) { return letter > 127 || std::isalnum(letter) == 0; }, '_');
+  return name.empty() || std::isalpha(static_cast<unsigned char>(name.front())) == 0 ? "camera" + name : name;
+}
+
+/// Names of the folders' cameras, numbered where they would be equal.
+std::vector<std::string> camera_names(const std::vector<fs::path>& folders) {
+  std::vector<std::string> names;
+  for (const fs::path& folder : folders) {
+    std::string name{camera_name(folder)};
+    while (std::ranges::count(names, name) > 0) name += "_" + std::to_string(names.size());
+    names.push_back(std::move(name));
+  }
+  return names;
+}
+
+}  // namespace
 
 std::vector<fs::path> cameras_in(const InputArguments& arguments) {
   if (arguments.paths.size() != 1) return {};
@@ -45,8 +69,10 @@ std::unique_ptr<Recording> open_cameras(InputArguments arguments, const std::vec
   }
   const fs::path poses{arguments.paths.front() / "poses.csv"};
   if (arguments.poses.empty() && is_there(poses)) arguments.poses = poses.string();
+  const std::vector<std::string> names{camera_names(folders)};
   std::unique_ptr<Recording> all;
-  for (const fs::path& folder : folders) {
+  for (std::size_t i{0}; i < folders.size(); ++i) {
+    const fs::path& folder{folders[i]};
     arguments.paths = {folder};
     if (!cameras_in(arguments).empty()) {
       throw InputError{printable_path(folder), "lists cameras itself.",
@@ -62,6 +88,7 @@ std::unique_ptr<Recording> open_cameras(InputArguments arguments, const std::vec
                        "Give calibration.yaml with mount: {camera_x_m, camera_y_m, camera_yaw_rad, camera_height_m}; "
                        "'from' names another calibration."};
     }
+    if (folders.size() > 1) camera->set_camera_name(names[i]);
     all ? all->add_camera(std::move(camera)) : void(all = std::move(camera));
   }
   return all;

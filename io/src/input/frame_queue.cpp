@@ -41,7 +41,9 @@ Slot load(const FrameSource& source, std::size_t index) {
     frame.name = source.name(index);
     frame.frame = source.load(index);
     const bool are_only_others{frame.frame->left.empty() && !frame.frame->others.empty()};
-    if (are_only_others) frame.warning = "camera 0 has no usable images: the others are used";
+    const std::vector<std::string> names{source.camera_names()};
+    if (are_only_others)
+      frame.warning = (names.empty() ? "camera0" : names.front()) + ": no usable images; the other cameras are used";
   });
   return slot;
 }

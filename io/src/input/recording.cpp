@@ -188,6 +188,13 @@ std::span<const Rig> Recording::rigs() const {
   return rigs_.empty() ? std::span{&rig(), 1} : std::span{rigs_};
 }
 
+std::vector<std::string> Recording::camera_names() const {
+  if (others_.empty()) return {};
+  std::vector<std::string> names{contents_.camera_name};
+  for (const auto& other : others_) names.push_back(other->contents_.camera_name);
+  return names;
+}
+
 namespace {
 
 /// The frame nearest in time, within half of its interval; none: there is none.
@@ -213,7 +220,7 @@ std::optional<std::size_t> partner_of(const std::vector<RecordedFrame>& first, s
 }
 
 /// Warns of a camera with few frames beside those of the first one, or with missing images.
-void warn_of_frames(const Recording& camera, std::size_t number, RecordingContents& contents) {
+void warn_of_frames(const Recording& camera, RecordingContents& contents) {
   const std::vector<RecordedFrame>& frames{camera.contents().frames};
   std::size_t partners{0};
   std::size_t incomplete{0};
@@ -223,7 +230,7 @@ void warn_of_frames(const Recording& camera, std::size_t number, RecordingConten
     ++partners;
     incomplete += frames[*partner].left_exists && frames[*partner].right_exists ? 0U : 1U;
   }
-  const std::string name{fmt::format("camera {}, {}", number, printable_path(camera.contents().root))};
+  const std::string name{fmt::format("{}, {}", camera.contents().camera_name, printable_path(camera.contents().root))};
   if (2 * partners < contents.frames.size()) {
     contents.warnings.push_back(
         fmt::format("{}: {} of {} frames of the first camera have a frame of it within half an interval. It observes "
@@ -241,7 +248,7 @@ void warn_of_frames(const Recording& camera, std::size_t number, RecordingConten
 
 void Recording::add_camera(std::unique_ptr<Recording> camera) {
   if (rigs_.empty()) rigs_.push_back(rig());
-  warn_of_frames(*camera, rigs_.size(), contents_);
+  warn_of_frames(*camera, contents_);
   rigs_.push_back(camera->rig());
   others_.push_back(std::move(camera));
 }

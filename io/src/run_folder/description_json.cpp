@@ -66,6 +66,7 @@ Json settings_json(const RunDescription& run) {
                 {"world_grid",
                  {{"cell_size_m", run.world_grid.cell_size_m}, {"nx", run.world_grid.nx}, {"ny", run.world_grid.ny}}}};
   for (const Rig& other : run.other_rigs) settings["other_rigs"].push_back(rig_json(other));
+  if (!run.camera_names.empty()) settings["camera_names"] = run.camera_names;
   return settings;
 }
 

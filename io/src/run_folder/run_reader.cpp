@@ -106,6 +106,11 @@ void RunReader::read_run() {
     grid_ = grid_geometry(run.at("grid"));
     if (run.contains("world_grid")) world_cell_size_m_ = number(run.at("world_grid"), "cell_size_m", largest_cell_m);
     rig_ = rig_of_run(run.at("rig"));
+    for (const Json& rig : run.value("other_rigs", Json::array())) other_rigs_.push_back(rig_of_run(rig));
+    camera_names_ = run.value("camera_names", std::vector<std::string>{});
+    for (std::size_t i{camera_names_.size()}; !other_rigs_.empty() && i <= other_rigs_.size(); ++i)
+      camera_names_.push_back(fmt::format("camera{}", i));  // run of an older version
+    if (!camera_names_.empty()) camera_names_.resize(other_rigs_.size() + 1);
     input_ = run_input_of(run.at("input"));
     preset_ = run.at("preset").get<std::string>();
     predict_s_ = run.value("predict_s", std::vector<double>{});
@@ -120,6 +125,9 @@ void RunReader::check_extrinsics() {
     if (has_any(frames_[i - 1].status, {FrameStatus::road_unknown})) frames_[i - 1].extrinsics = frames_[i].extrinsics;
   }
   std::vector<std::string> found{problems(rig_)};
+  for (const Rig& other : other_rigs_) {
+    if (found.empty()) found = problems(other);
+  }
   for (const RunFrame& frame : frames_) {
     if (found.empty()) found = problems(rig_of(frame));
   }
@@ -135,6 +143,12 @@ Rig RunReader::rig_of(const RunFrame& frame) const {
   rig.camera_pitch_rad = frame.extrinsics->camera_pitch_rad;
   rig.camera_roll_rad = frame.extrinsics->camera_roll_rad;
   return rig;
+}
+
+std::vector<Rig> RunReader::rigs_of(const RunFrame& frame) const {
+  std::vector<Rig> rigs{rig_of(frame)};
+  rigs.insert(rigs.end(), other_rigs_.begin(), other_rigs_.end());
+  return rigs;
 }
 
 void RunReader::check_grids() const {

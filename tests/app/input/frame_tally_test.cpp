@@ -144,6 +144,8 @@ TEST(FrameTally, EveryFlagOfTheImagesIsSaid) {
 TEST(FrameTally, TextsThatDifferInNumbersAreTheSame) {
   EXPECT_EQ(without_digits("1.6 × and 20 %"), without_digits("1.5 × and 5 %"));
   EXPECT_NE(without_digits("left 1"), without_digits("right 1"));
+  EXPECT_NE(without_digits("camera1: 5 px"), without_digits("camera2: 5 px"));
+  EXPECT_EQ(without_digits("camera1: 5 px"), without_digits("camera1: 6 px"));
 }
 
 // Steps of a camera along a bent path, and those of a frame in which the camera is at `place`.

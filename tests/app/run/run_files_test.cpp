@@ -116,13 +116,36 @@ TEST_F(Summary, OfADriveWithTwoCameras) {
   ASSERT_EQ(lines.size(), 4U);
   for (const Json& line : lines) {
     const bool misses{line["name"] == "000002"};
-    EXPECT_EQ(line["warnings"].dump().find("camera 0 has no usable images") != std::string::npos, misses);
+    EXPECT_EQ(line["warnings"].dump().find("camera0: no usable images") != std::string::npos, misses);
   }
   EXPECT_EQ(files_in(run / "pictures").size(), 4U);
   const Json about(json_of(run / "run.json"));
+  EXPECT_EQ(about["camera_names"], (Json{"camera0", "camera1"}));
   ASSERT_EQ(about["other_rigs"].size(), 1U);
   EXPECT_EQ(about["other_rigs"][0]["focal_px"], about["rig"]["focal_px"]);
   EXPECT_NEAR(about["other_rigs"][0]["camera_yaw_rad"], 3.14159265, 1e-6);
+  const std::string output{run_well({"info", drive, "--set", "grid.rear_m=10", "--set", "grid.length_m=10"}).output};
+  EXPECT_THAT(output, HasSubstr("camera0: 4 of 4 frames, 3 can be used"));
+  EXPECT_THAT(output, HasSubstr("camera1: 4 of 4 frames, 4 can be used"));
+  EXPECT_THAT(output, HasSubstr("camera0: frame 000002: no usable images"));
+}
+
+// Two cameras, of which the second one's images are unrelated.
+TEST_F(Summary, FindsTheFaultOfASecondCamera) {
+  const fs::path drive{folder / "drive"};
+  run_well({"simulate", "scene:around?cameras=2&turn_deg=180&focal=96", "--frames", "3", "--width", "192", "--height",
+            "120", "--no-truth", "--out", drive});
+  fs::remove_all(drive / "camera1" / "right");
+  fs::copy(drive / "camera0" / "left", drive / "camera1" / "right");
+  const std::vector<std::string> grid{"--set", "grid.rear_m=10", "--set", "grid.length_m=10"};
+  const std::string output{run_well({"info", drive, grid[0], grid[1], grid[2], grid[3]}).output};
+  EXPECT_THAT(output, ::testing::ContainsRegex("problem +camera1: in 3 of 3 frames left and right image hardly match"));
+  EXPECT_THAT(output, Not(::testing::ContainsRegex("problem +camera0")));
+  EXPECT_THAT(output, HasSubstr("camera1: cannot be used"));
+  EXPECT_THAT(output, ::testing::ContainsRegex("verdict +usable"));
+  const std::string errors{
+      run_well({"run", drive, "--out", folder / "run", grid[0], grid[1], grid[2], grid[3]}).errors};
+  EXPECT_THAT(errors, HasSubstr("camera1: "));
 }
 
 TEST_F(RunFiles, EveryLineHasEveryKey) {

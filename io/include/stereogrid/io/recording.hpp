@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "stereogrid/export.hpp"
@@ -156,6 +157,7 @@ struct RecordingContents {
   ImageLayout layout{ImageLayout::separate};
   bool are_turned{false};     ///< images by 180° on loading
   bool are_exchanged{false};  ///< and left with right
+  std::string camera_name{};  ///< one of several cameras' (PipelineOptions::camera_names); empty: there is one
 };
 
 /// A recorded drive. Opened by open_recording.
@@ -166,6 +168,8 @@ class STEREOGRID_EXPORT Recording final : public FrameSource {
 
   [[nodiscard]] const Rig& rig() const override { return contents_.calibration.rig; }
   [[nodiscard]] std::span<const Rig> rigs() const override;
+  [[nodiscard]] std::vector<std::string> camera_names() const override;
+  void set_camera_name(std::string name) { contents_.camera_name = std::move(name); }
   /// Adds a stereo pair of the same vehicle. A frame has the frame of it that is nearest in time, within half of its
   /// interval; those that cannot be loaded are left out.
   void add_camera(std::unique_ptr<Recording> camera);

@@ -52,11 +52,12 @@ struct RunDescription {
   int threads{0};
   FrameRange frames;
   // Must be in common, too.
-  bool compact{false};                ///< write_compact_grids
-  std::size_t every{1};               ///< only frames whose place in the input is a multiple of it are written
-  std::vector<std::string> layers{};  ///< arrays of grids/NAME.npz; none: all
-  std::size_t warm_up{0};             ///< frames before them that went through the pipeline, too
-  std::vector<Rig> other_rigs{};      ///< rigs of the cameras after the first
+  bool compact{false};                      ///< write_compact_grids
+  std::size_t every{1};                     ///< only frames whose place in the input is a multiple of it are written
+  std::vector<std::string> layers{};        ///< arrays of grids/NAME.npz; none: all
+  std::size_t warm_up{0};                   ///< frames before them that went through the pipeline, too
+  std::vector<Rig> other_rigs{};            ///< rigs of the cameras after the first
+  std::vector<std::string> camera_names{};  ///< names of several cameras
 };
 
 }  // namespace stereogrid::io

@@ -45,6 +45,10 @@ class STEREOGRID_EXPORT RunReader {
   /// Rig with the extrinsics of a frame, as estimated by the run. Frames without a ground plane have those of the next
   /// frame that has one.
   [[nodiscard]] Rig rig_of(const RunFrame& frame) const;
+  /// Rigs of all cameras: rig_of() the first, and the others as given.
+  [[nodiscard]] std::vector<Rig> rigs_of(const RunFrame& frame) const;
+  /// Names of several cameras; empty: one camera.
+  [[nodiscard]] const std::vector<std::string>& camera_names() const { return camera_names_; }
   /// "default" and so on.
   [[nodiscard]] const std::string& preset() const { return preset_; }
   /// Horizons of its predictions, s.
@@ -66,6 +70,8 @@ class STEREOGRID_EXPORT RunReader {
   GridGeometry grid_;
   double world_cell_size_m_{0};  // 0: unknown
   Rig rig_;
+  std::vector<Rig> other_rigs_;
+  std::vector<std::string> camera_names_;
   RunInput input_;
   std::string preset_;
   std::vector<double> predict_s_;
