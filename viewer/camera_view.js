@@ -4,17 +4,48 @@ import { colour, fitCanvas } from './theme.js';
 
 const nearest = 0.3; // m in front of the camera; nearer points are not drawn
 
+/** Columns of the rotation matrix of a geometry_msgs/Quaternion: the child's axes in the parent. */
+const axesOf = ({ x, y, z, w }) => [
+  [1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)],
+  [2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w)],
+  [2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)],
+];
+
 /** p in the parent's frame → the child's, of a geometry_msgs/Transform that places the child in the parent. */
 function intoChild({ translation, rotation }) {
-  const { x, y, z, w } = rotation;
-  const columns = [ // columns of the rotation matrix: the child's axes in the parent
-    [1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)],
-    [2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w)],
-    [2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)],
-  ];
+  const axes = axesOf(rotation);
   return (point) => {
     const moved = [point[0] - translation.x, point[1] - translation.y, point[2] - translation.z];
-    return columns.map((axis) => axis[0] * moved[0] + axis[1] * moved[1] + axis[2] * moved[2]);
+    return axes.map((axis) => axis[0] * moved[0] + axis[1] * moved[1] + axis[2] * moved[2]);
+  };
+}
+
+const mountingOf = (info, mountings) => mountings.find((one) => one.child_frame_id === info?.header.frame_id)?.transform;
+
+/**
+ * Place and field of view of a camera in the vehicle frame, m and rad: {x, y, right, left}; null: unknown. `info`: a
+ * sensor_msgs/CameraInfo; `mountings`: transforms of a tf2_msgs/TFMessage.
+ */
+export function viewOf(info, mountings) {
+  const mounting = mountingOf(info, mountings);
+  if (!mounting) return null;
+  const { translation: { x, y }, rotation } = mounting;
+  const axis = axesOf(rotation)[2];
+  const heading = Math.atan2(axis[1], axis[0]);
+  const { p, width } = info;
+  return { x, y, right: heading - Math.atan((width - p[2]) / p[0]), left: heading + Math.atan(p[2] / p[0]) };
+}
+
+/** Shows JPEGs one after the other in `image`, and `around` once there is one. */
+export function imageShower(image, around) {
+  let shown = '';
+  return (message) => {
+    const address = URL.createObjectURL(new Blob([message.data], { type: 'image/jpeg' }));
+    const before = shown;
+    shown = address;
+    image.onload = () => URL.revokeObjectURL(before);
+    image.src = address;
+    around.hidden = false;
   };
 }
 
@@ -37,7 +68,6 @@ export class CameraView {
   highlighted = null;
   #info = null;
   #intoCamera = null;
-  #mountings = [];
 
   constructor(image, canvas, { onHover, onPick }) {
     Object.assign(this, { image, canvas });
@@ -47,21 +77,11 @@ export class CameraView {
     new ResizeObserver(() => this.redraw()).observe(image);
   }
 
-  /** A sensor_msgs/CameraInfo of the image. */
-  calibrate(info) {
+  /** `info`, `mountings`: as of viewOf(). */
+  place(info, mountings) {
     this.#info = info;
-    this.#mount();
-  }
-
-  /** A tf2_msgs/TFMessage with the camera's extrinsics. */
-  place({ transforms }) {
-    this.#mountings = transforms;
-    this.#mount();
-  }
-
-  #mount() {
-    const mounting = this.#mountings.find((one) => one.child_frame_id === this.#info?.header.frame_id);
-    this.#intoCamera = mounting ? intoChild(mounting.transform) : null;
+    const mounting = mountingOf(info, mountings);
+    this.#intoCamera = mounting ? intoChild(mounting) : null;
     this.redraw();
   }
 
@@ -130,5 +150,67 @@ export class CameraView {
     });
     const away = ({ position }) => Math.hypot(position.x - this.pose[0], position.y - this.pose[1]);
     return found.sort((a, b) => away(a) - away(b))[0]?.id ?? null;
+  }
+}
+
+/** Images of a run's cameras: one is large, the others stand below it until a click makes them so. */
+export class CameraStrip {
+  #tiles = []; // {camera, element, name, view, show}
+  #large = null; // a camera
+  mountings = []; // transforms of the run
+
+  /** `list`: receives the images; `disparities`: function that shows those of the large camera, or none. */
+  constructor(list, disparities, handlers) {
+    Object.assign(this, { list, disparities, handlers });
+  }
+
+  get views() {
+    return this.#tiles.map(({ view }) => view);
+  }
+
+  /** Shows cameras {name, info, image, disparities} of a run; those that have not come are undefined. */
+  follow(cameras, mountings) {
+    if (this.#tiles.length !== cameras.length || this.#tiles.some(({ camera }, i) => camera !== cameras[i])) {
+      this.#tiles = cameras.map((camera) => this.#newTile(camera));
+      this.list.replaceChildren(...this.#tiles.map(({ element }) => element));
+      if (!cameras.includes(this.#large)) this.#enlarge(cameras[0]);
+      for (const { name } of this.#tiles) name.hidden = cameras.length === 1;
+    }
+    this.mountings = mountings;
+    for (const camera of cameras) for (const key of ['info', 'image', 'disparities']) this.receive(key, camera);
+  }
+
+  /** After a new `camera[key]`. */
+  receive(key, camera) {
+    const tile = this.#tiles.find((one) => one.camera === camera);
+    if (!tile) return;
+    if (key === 'info') tile.view.place(camera.info, this.mountings);
+    if (key === 'image' && camera.image) tile.show(camera.image);
+    if (key === 'disparities' && camera === this.#large) this.disparities(camera.disparities);
+  }
+
+  #newTile(camera) {
+    const element = document.createElement('div');
+    element.className = 'camera';
+    element.innerHTML = `<button type="button"></button><div class="picture" hidden><img><canvas aria-hidden="true"></canvas></div>`;
+    const [name, picture] = element.children;
+    const [image, canvas] = picture.children;
+    name.textContent = camera.name;
+    name.onclick = () => this.#enlarge(camera);
+    image.alt = `The ${camera.name || 'left'} camera's image, obstacles drawn where they stand`;
+    const { onHover, onPick } = this.handlers;
+    const pick = (id) => (camera === this.#large ? onPick(id) : this.#enlarge(camera));
+    const view = new CameraView(image, canvas, { onHover, onPick: pick });
+    return { camera, element, name, view, show: imageShower(image, picture) };
+  }
+
+  #enlarge(large) {
+    this.#large = large;
+    for (const { camera, element, name } of this.#tiles) {
+      element.classList.toggle('large', camera === large);
+      name.setAttribute('aria-pressed', camera === large);
+    }
+    this.disparities(large?.disparities);
+    this.handlers.onEnlarge();
   }
 }

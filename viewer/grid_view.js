@@ -25,6 +25,7 @@ export class GridView {
   pose = [0, 0, 0];
   worldFrame = 'odom';
   highlighted = null;
+  views = []; // places and fields of view of several cameras (viewOf)
   linked = []; // grids that are moved and zoomed with this one
 
   constructor(canvas, { onPoint, onHover, onPick }) {
@@ -127,6 +128,7 @@ export class GridView {
     for (const obstacle of this.obstacles) this.#drawObstacle(context, obstacle, this.#scale(width, height));
     context.restore();
     this.#drawVehicle(context, this.#scale(width, height));
+    for (const view of this.views) this.#drawView(context, view, this.#scale(width, height));
     if (this.#ruler) this.#drawRuler(context, this.#scale(width, height));
   }
 
@@ -165,6 +167,27 @@ export class GridView {
     context.restore();
   }
 
+  /** A dot where a camera is, its name, and the sides of its field of view. */
+  #drawView(context, { name, x, y, right, left }, scale) {
+    const length = this.#ringStep() / 3;
+    const middle = (right + left) / 2;
+    context.strokeStyle = context.fillStyle = colour('--accent');
+    context.lineWidth = 1.5 / scale;
+    context.beginPath();
+    context.moveTo(x, y);
+    context.arc(x, y, length, right, left);
+    context.closePath();
+    context.stroke();
+    this.#drawDot(context, x, y, scale);
+    this.#write(context, [x + length * Math.cos(middle), y + length * Math.sin(middle)], scale, name);
+  }
+
+  #drawDot(context, x, y, scale) {
+    context.beginPath();
+    context.arc(x, y, 3.5 / scale, 0, 2 * Math.PI);
+    context.fill();
+  }
+
   /** Outline, so that the cells under it are visible, and a dot where the camera is. */
   #drawVehicle(context, scale) {
     const share = Math.min(1, this.metres / (margin * 20));
@@ -174,9 +197,7 @@ export class GridView {
     for (const [x, y] of vehicle) context.lineTo(share * x, share * y);
     context.closePath();
     context.stroke();
-    context.beginPath();
-    context.arc(0, 0, 3.5 / scale, 0, 2 * Math.PI);
-    context.fill();
+    if (this.views.length === 0) this.#drawDot(context, 0, 0, scale);
   }
 
   #drawLayer(context) {
@@ -188,13 +209,19 @@ export class GridView {
     context.restore();
   }
 
+  #ringStep() {
+    return this.metres < 6 ? 2 : 10;
+  }
+
+  /** Ahead; all around with several cameras. */
   #drawRings(context, scale) {
-    const step = this.metres < 6 ? 2 : 10;
+    const step = this.#ringStep();
+    const side = this.views.length > 0 ? Math.PI : 1.2;
     for (let radius = step; radius <= 6 * step; radius += step) {
       context.strokeStyle = colour('--ring');
       context.lineWidth = 1 / scale;
       context.beginPath();
-      context.arc(0, 0, radius, -1.2, 1.2);
+      context.arc(0, 0, radius, -side, side);
       context.stroke();
       this.#write(context, [radius, 0], scale, `${radius} m`);
     }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-import { CameraView } from './camera_view.js';
+import { CameraStrip, imageShower } from './camera_view.js';
 import { Connection } from './connection.js';
 import { recordClips, saveSnapshot } from './grid_tools.js';
 import { legendOf, showLegend, turnLegend } from './layers.js';
 import { ObstacleTable } from './obstacles.js';
 import { Player, playerParameters } from './player.js';
 import { Recording } from './recording.js';
-import { RunView, nodesOf, packedKinds } from './run_view.js';
+import { RunView, camerasOf, nodesOf, packedKinds } from './run_view.js';
 import { StatusPanel } from './status_panel.js';
 import { onThemeChange } from './theme.js';
 
@@ -21,7 +21,7 @@ let picked = null;
 function highlight(id) {
   const highlighted = id ?? picked;
   if (shown.grid.highlighted === highlighted) return;
-  for (const view of [shown.grid, camera]) {
+  for (const view of [shown.grid, ...cameras.views]) {
     view.highlighted = highlighted;
     view.redraw();
   }
@@ -33,7 +33,11 @@ function pick(id) {
   highlight(id);
 }
 
-const camera = new CameraView(element('camera'), element('outlines'), { onHover: highlight, onPick: pick });
+const showDisparities = imageShower(element('u-disparity'), element('u-disparity'));
+const cameras = new CameraStrip(element('cameras'), (message) => {
+  if (message) showDisparities(message);
+  else element('u-disparity').hidden = true;
+}, { onHover: highlight, onPick: pick, onEnlarge: showObstacles });
 const table = new ObstacleTable(element('obstacles').tBodies[0], { onHover: highlight, onPick: pick });
 const status = new StatusPanel({
   chart: element('chart'), stageList: element('stages'), rate: element('rate'), dropped: element('dropped'),
@@ -45,27 +49,14 @@ const player = new Player({
   slider: element('slider'), speed: element('speed'), place: element('place'),
 }, (name, value) => connection.setParameter(name, value));
 
-/** Shows JPEGs one after the other in `image`, and `around` once there is one. */
-function imageShower(image, around) {
-  let shown = '';
-  return (message) => {
-    const address = URL.createObjectURL(new Blob([message.data], { type: 'image/jpeg' }));
-    const before = shown;
-    shown = address;
-    image.onload = () => URL.revokeObjectURL(before);
-    image.src = address;
-    around.hidden = false;
-  };
-}
-const showImage = imageShower(element('camera'), element('picture'));
-const showDisparities = imageShower(element('u-disparity'), element('u-disparity'));
-
 function showObstacles() {
   const { obstacles, pose, highlighted } = shown.grid;
-  Object.assign(camera, { obstacles, pose });
   table.show(obstacles, pose);
   table.highlight(highlighted);
-  camera.redraw();
+  for (const view of cameras.views) {
+    Object.assign(view, { obstacles, pose });
+    view.redraw();
+  }
 }
 
 // Functions of the other panels, by message of the run that they show.
@@ -74,10 +65,6 @@ const panels = {
   obstacles: showObstacles,
   pose: () => { turnLegend(element('legend'), shown.grid.pose[2]); showObstacles(); },
   status: (message) => status.show(message, shown.stamp),
-  image: showImage,
-  disparities: showDisparities,
-  info: (message) => camera.calibrate(message),
-  mounting: (message) => camera.place(message),
 };
 
 function newRun(figure) {
@@ -86,7 +73,13 @@ function newRun(figure) {
     onHover: (from, id) => { if (from === shown) highlight(id); },
     onPick: (from, id) => { select(from); pick(id); },
     onMessage: (from, key) => { if (from === shown) panels[key]?.(from.latest[key]); },
+    onCamera: (from, key, camera) => {
+      if (from !== shown) return;
+      cameras.mountings = from.mountings;
+      cameras.receive(key, camera);
+    },
   });
+  if (mounting) run.mount(mounting);
   figure.querySelector('button').onclick = () => select(run);
   return run;
 }
@@ -97,16 +90,23 @@ function select(run) {
   pick(picked); // none
   shown = run;
   status.reset();
-  for (const [panel, key] of [['picture', 'image'], ['u-disparity', 'disparities']]) element(panel).hidden = !run.latest[key];
+  showCameras();
   for (const [key, message] of Object.entries(run.latest)) panels[key]?.(message);
   for (const one of runs) one.figure.querySelector('button').setAttribute('aria-pressed', one === shown);
 }
 
+let mounting = null; // the last message on /tf_static
 const runs = [newRun(document.querySelector('#grids figure'))];
 let shown = runs[0];
 
+function showCameras() {
+  cameras.follow(shown.cameras, shown.mountings);
+  element('camera-title').textContent = shown.cameras.length > 1 ? 'Cameras' : 'Left camera';
+  showObstacles();
+}
+
 /** A grid for each node, side by side. */
-function follow(nodes) {
+function follow(nodes, topics) {
   for (const run of runs.splice(nodes.length)) run.figure.remove();
   while (runs.length < nodes.length) {
     const figure = runs[0].figure.cloneNode(true);
@@ -117,12 +117,14 @@ function follow(nodes) {
   if (!runs.includes(shown)) select(runs[0]);
   runs.forEach((run, i) => {
     if (run.node !== nodes[i]) run.follow(nodes[i]);
+    run.followCameras(camerasOf(topics, nodes[i]));
     run.grid.linked = runs.filter((other) => other !== run).map((other) => other.grid);
     const caption = run.figure.querySelector('figcaption');
     caption.hidden = runs.length === 1;
     caption.firstChild.textContent = run.name;
     caption.firstChild.setAttribute('aria-pressed', run === shown);
   });
+  showCameras();
 }
 
 /** [value, text, topic below the node] of each layer that the topics give. */
@@ -153,7 +155,7 @@ function chooseLayer() {
 connection.addEventListener('channels', ({ detail: topics }) => {
   const nodes = nodesOf(topics);
   if (nodes.length === 0) return;
-  follow(nodes);
+  follow(nodes, topics);
   const options = layersOf(topics, nodes[0]).map(([value, text, topic]) => {
     const option = new Option(text, value);
     option.dataset.topic = topic;
@@ -186,8 +188,11 @@ element('snapshot').addEventListener('click', () => saveSnapshot(shown.grid.canv
 recordClips(element('clip'), () => shown.grid.canvas, pictureName);
 element('help-button').addEventListener('click', () => element('help').showModal());
 document.addEventListener('keydown', (event) => { if (event.key === '?') element('help').showModal(); });
-connection.subscribe('/tf_static', (message) => camera.place(message));
-onThemeChange(() => { chooseLayer(); for (const { grid } of runs) grid.redraw(); camera.redraw(); });
+connection.subscribe('/tf_static', (message) => {
+  mounting = message;
+  for (const run of runs) run.mount(message);
+});
+onThemeChange(() => { chooseLayer(); for (const { grid } of runs) grid.redraw(); for (const view of cameras.views) view.redraw(); });
 setInterval(() => status.showRate(), 500);
 connection.watchParameters(playerParameters);
 connection.open();

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+import { viewOf } from './camera_view.js';
 import { GridView } from './grid_view.js';
 import { occupancyLayer, packedLayer, planePose } from './layers.js';
 import { joined } from './obstacles.js';
@@ -9,19 +10,30 @@ export const packedKinds = { velocity: 'Velocity', moving: 'Moving', age: 'Age',
 export const nodesOf = (topics) =>
   topics.filter((topic) => topic.endsWith('/occupancy_grid')).map((topic) => topic.replace(/\/occupancy_grid$/, ''));
 
+/** Names of a node's cameras; ['']: it has one. */
+export function camerasOf(topics, node) {
+  const names = topics.filter((topic) => topic.startsWith(`${node}/`))
+    .map((topic) => /^(?:(\w+)\/)?left\/(?:camera_info|image_annotated\/compressed)$/.exec(topic.slice(node.length + 1)))
+    .filter(Boolean).map(([, name]) => name ?? '');
+  return [...new Set(names)];
+}
+
 /**
  * The grid of a node, and its last messages. Calls `onPoint(text)`, `onHover(run, id | null)` and `onPick(run, id)` as
- * GridView does, and `onMessage(run, key)` when `latest[key]` has changed.
+ * GridView does, `onMessage(run, key)` when `latest[key]` has changed, and `onCamera(run, key, camera)` when `camera[key]`
+ * has.
  */
 export class RunView {
   latest = {}; // messages by what they are for
+  cameras = []; // {name, info, image, disparities}
+  mountings = []; // transforms of a tf2_msgs/TFMessage
   stamp = 0; // s, of the last message
   node = '';
   #kind = '';
   #layerTopic = '';
 
-  constructor(figure, connection, { onPoint, onHover, onPick, onMessage }) {
-    Object.assign(this, { figure, connection, onMessage });
+  constructor(figure, connection, { onPoint, onHover, onPick, onMessage, onCamera }) {
+    Object.assign(this, { figure, connection, onMessage, onCamera });
     this.grid = new GridView(figure.querySelector('canvas'), {
       onPoint, onHover: (id) => onHover(this, id), onPick: (id) => onPick(this, id),
     });
@@ -46,10 +58,41 @@ export class RunView {
       grid.redraw();
     });
     this.#receive('status', `${node}/status`);
-    this.#receive('image', `${node}/left/image_annotated/compressed`);
-    this.#receive('disparities', `${node}/u_disparity/compressed`);
-    this.#receive('info', `${node}/left/camera_info`);
-    if (this.name) this.#receive('mounting', `/${this.name}/tf_static`);
+    if (this.name) this.connection.subscribe(`/${this.name}/tf_static`, (message) => this.mount(message));
+    this.cameras = [];
+  }
+
+  /** Subscribes to the cameras that are new; others stay, or go. */
+  followCameras(names) {
+    const added = names.filter((name) => !this.cameras.some((camera) => camera.name === name)).map((name) => ({ name }));
+    this.cameras = [...this.cameras.filter(({ name }) => names.includes(name)), ...added];
+    for (const camera of added) {
+      const below = `${this.node}/${camera.name && `${camera.name}/`}`;
+      const receive = (key, topic) => this.connection.subscribe(below + topic, (message) => {
+        camera[key] = message;
+        if (key === 'info') this.#placeCameras();
+        this.onCamera(this, key, camera);
+      });
+      receive('info', 'left/camera_info');
+      receive('image', 'left/image_annotated/compressed');
+      receive('disparities', 'u_disparity/compressed');
+    }
+  }
+
+  /** A tf2_msgs/TFMessage with the extrinsics of the cameras. */
+  mount({ transforms }) {
+    this.mountings = transforms;
+    this.#placeCameras();
+    for (const camera of this.cameras) this.onCamera(this, 'info', camera);
+  }
+
+  // One camera is the vehicle's dot.
+  #placeCameras() {
+    this.grid.views = this.cameras.length < 2 ? [] : this.cameras.map(({ name, info }) => {
+      const view = viewOf(info, this.mountings);
+      return view && { name, ...view };
+    }).filter(Boolean);
+    this.grid.redraw();
   }
 
   #receive(key, topic, use = () => {}) {

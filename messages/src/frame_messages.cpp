@@ -100,22 +100,63 @@ bool goes_on(const FrameResult& result) {
 
 }  // namespace
 
+/// Topics of a camera.
+struct CameraTopics {
+  /// `name`: of one of several cameras; "": of the only one. `frame`: of the left camera.
+  CameraTopics(Outlet& outlet, const std::string& camera_name, const std::string& left_frame, const Rig& first_rig)
+      : name{camera_name},
+        frame{name.empty() ? left_frame : name + "_" + left_frame},
+        rig{first_rig},
+        disparity{outlet.camera_topic<stereo_msgs::DisparityImage>(name, "disparity")},
+        camera_info{outlet.camera_topic<sensor_msgs::CameraInfo>(name, "left/camera_info")},
+        annotated{outlet.camera_topic<sensor_msgs::CompressedImage>(name, "left/image_annotated/compressed")},
+        u_disparity{outlet.camera_topic<sensor_msgs::CompressedImage>(name, "u_disparity/compressed")} {}
+
+  void set_rig(const Rig& now) {
+    rig = now;
+    level_rig = LevelMapping{now}.level_rig();
+  }
+  [[nodiscard]] const std::string& frame_of_level() const { return level_rig == rig ? frame : level_frame; }
+
+  std::string name;
+  std::string frame;
+  std::string level_frame{frame + "_level"};
+  Rig rig;
+  Rig level_rig{LevelMapping{rig}.level_rig()};
+  Topic<stereo_msgs::DisparityImage> disparity;
+  Topic<sensor_msgs::CameraInfo> camera_info;
+  Topic<sensor_msgs::CompressedImage> annotated;
+  Topic<sensor_msgs::CompressedImage> u_disparity;
+};
+
 struct FrameMessages::Implementation {
-  Implementation(Sink& sink, const Rig& given_rig, const FrameMessagesOptions& given)
-      : options{checked(given)},
-        rig{checked(given_rig)},
-        level_rig{LevelMapping{rig}.level_rig()},
-        outlet{sink, options.node, options.topics} {
+  Implementation(Sink& sink, const Rig& rig, const FrameMessagesOptions& given)
+      : options{checked(given)}, outlet{sink, options.node, options.topics} {
+    cameras.emplace_back(outlet, "", options.camera_frame, checked(rig));
     static_cast<void>(outlet.topic<nav_msgs::OccupancyGrid>(predicted_name));  // selectable before its first message
     outlet.check_selection();
+  }
+
+  // Rigs and names of several cameras, which are known with their first result.
+  void set_cameras(const FrameResult& result) {
+    const std::vector<FrameResult>& seen{result.cameras};
+    if (seen.empty()) return;
+    if (!std::ranges::equal(cameras, seen, {}, &CameraTopics::name, &FrameResult::camera_name)) {
+      cameras.clear();
+      for (const FrameResult& one : seen)
+        cameras.emplace_back(outlet, one.camera_name, options.camera_frame, checked(one.rig));
+      is_extrinsics_sent = false;
+    }
+    for (std::size_t i{0}; i < seen.size(); ++i) {
+      if (cameras[i].rig == seen[i].rig) continue;
+      cameras[i].set_rig(checked(seen[i].rig));
+      is_extrinsics_sent = false;
+    }
   }
 
   void mark(std_msgs::Header& header, const std::string& frame) const {
     header.stamp = stamp;
     header.frame_id = frame;
-  }
-  [[nodiscard]] const std::string& level_frame() const {
-    return level_rig == rig ? options.camera_frame : level_camera_frame;
   }
 
   void send_transforms(const FrameResult& result);
@@ -132,10 +173,9 @@ struct FrameMessages::Implementation {
   static constexpr const char* predicted_name{"predicted_grid"};
 
   FrameMessagesOptions options;
-  Rig rig;
-  Rig level_rig;
-  std::string level_camera_frame{options.camera_frame + "_level"};
   Outlet outlet;
+  std::vector<CameraTopics> cameras;
+  std::vector<Rig> rigs;  // working memory
   Topic<nav_msgs::OccupancyGrid> occupancy_grid{outlet.topic<nav_msgs::OccupancyGrid>("occupancy_grid", true)};
   Topic<nav_msgs::OccupancyGrid> observed_grid{outlet.topic<nav_msgs::OccupancyGrid>("observed_grid", true)};
   std::vector<PredictedGrid> predicted_grids;
@@ -145,14 +185,9 @@ struct FrameMessages::Implementation {
   Topic<nav2_dynamic_msgs::ObstacleArray> obstacles{outlet.topic<nav2_dynamic_msgs::ObstacleArray>("obstacles")};
   Topic<vision_msgs::Detection3DArray> detections{outlet.topic<vision_msgs::Detection3DArray>("detections")};
   Topic<visualization_msgs::MarkerArray> markers{outlet.topic<visualization_msgs::MarkerArray>("obstacle_markers")};
-  Topic<stereo_msgs::DisparityImage> disparity{outlet.topic<stereo_msgs::DisparityImage>("disparity")};
   Topic<sensor_msgs::PointCloud2> points{outlet.topic<sensor_msgs::PointCloud2>("points")};
   Topic<sensor_msgs::PointCloud2> obstacle_points{outlet.topic<sensor_msgs::PointCloud2>("obstacle_points")};
   Topic<sensor_msgs::PointCloud2> ground_points{outlet.topic<sensor_msgs::PointCloud2>("ground_points")};
-  Topic<sensor_msgs::CameraInfo> camera_info{outlet.topic<sensor_msgs::CameraInfo>("left/camera_info")};
-  Topic<sensor_msgs::CompressedImage> annotated{
-      outlet.topic<sensor_msgs::CompressedImage>("left/image_annotated/compressed")};
-  Topic<sensor_msgs::CompressedImage> u_disparity{outlet.topic<sensor_msgs::CompressedImage>("u_disparity/compressed")};
   Topic<sensor_msgs::LaserScan> scan{outlet.topic<sensor_msgs::LaserScan>("scan")};
   Topic<nav_msgs::Odometry> odometry{outlet.topic<nav_msgs::Odometry>("odometry")};
   Topic<tf2_msgs::TFMessage> tf{outlet.topic<tf2_msgs::TFMessage>("/tf")};
@@ -179,9 +214,13 @@ void FrameMessages::Implementation::send_transforms(const FrameResult& result) {
   };
   if (!is_extrinsics_sent) {
     is_extrinsics_sent = outlet.offer(tf_static, stamp_ns, [&](tf2_msgs::TFMessage& message) {
-      message.transforms.resize(level_rig == rig ? 1 : 2);
-      set(message.transforms.front(), options.vehicle_frame, options.camera_frame, vehicle_from_camera(rig));
-      set(message.transforms.back(), options.vehicle_frame, level_frame(), vehicle_from_camera(level_rig));
+      message.transforms.clear();
+      for (const CameraTopics& camera : cameras) {
+        set(message.transforms.emplace_back(), options.vehicle_frame, camera.frame, vehicle_from_camera(camera.rig));
+        if (camera.level_rig == camera.rig) continue;
+        set(message.transforms.emplace_back(), options.vehicle_frame, camera.level_frame,
+            vehicle_from_camera(camera.level_rig));
+      }
     });
   }
   outlet.offer(tf, stamp_ns, [&](tf2_msgs::TFMessage& message) {
@@ -244,7 +283,9 @@ void FrameMessages::Implementation::send_grids(const FrameResult& result) {
   });
   outlet.offer(scan, stamp_ns, [&](sensor_msgs::LaserScan& message) {
     mark(message.header, options.vehicle_frame);
-    fill(message, rig, result.vehicle.geometry, result.vehicle.occupancy.view());
+    rigs.clear();
+    for (const CameraTopics& camera : cameras) rigs.push_back(camera.rig);
+    fill(message, rigs, result.vehicle.geometry, result.vehicle.occupancy.view());
   });
 }
 
@@ -263,15 +304,17 @@ void FrameMessages::Implementation::send_obstacles(const FrameResult& result) {
 
 void FrameMessages::Implementation::send_images(const FrameResult& result) {
   if (result.stages.obstacle_disparity.empty()) return;
-  outlet.offer(disparity, stamp_ns, [&](stereo_msgs::DisparityImage& message) {
-    mark(message.header, level_frame());
-    fill(message, result.stages, level_rig);
-  });
+  for (std::size_t i{0}; i < cameras.size(); ++i) {
+    outlet.offer(cameras[i].disparity, stamp_ns, [&](stereo_msgs::DisparityImage& message) {
+      mark(message.header, cameras[i].frame_of_level());
+      fill(message, i == 0 ? result.stages : result.cameras[i].stages, cameras[i].level_rig);
+    });
+  }
   std::optional<std::vector<LabelledPoint>> measured;
   const auto offer = [&](Topic<sensor_msgs::PointCloud2>& topic, std::optional<PointLabel> label) {
     outlet.offer(topic, stamp_ns, [&](sensor_msgs::PointCloud2& message) {
       if (!measured) {
-        measured = points_of(result, level_rig);
+        measured = points_of(result, cameras.front().level_rig);
         voxel_filter.apply(*measured, result.vehicle.geometry, options.points_voxel_m);
       }
       mark(message.header, options.vehicle_frame);
@@ -284,19 +327,25 @@ void FrameMessages::Implementation::send_images(const FrameResult& result) {
 }
 
 void FrameMessages::Implementation::send_pictures(const FrameFacts& facts) {
-  const auto offer = [&](Topic<sensor_msgs::CompressedImage>& topic, const std::string& frame, const auto& jpeg) {
-    if (!jpeg) return;
+  const auto offer = [&](Topic<sensor_msgs::CompressedImage>& topic, const std::string& frame, const auto& jpeg,
+                         std::size_t camera) {
+    if (!jpeg || !outlet.wants(topic)) return;
+    const std::span<const std::byte> bytes{jpeg(static_cast<int>(camera))};
+    if (bytes.empty()) return;
     outlet.offer(topic, stamp_ns, [&](sensor_msgs::CompressedImage& message) {
       mark(message.header, frame);
-      fill(message, jpeg());
+      fill(message, bytes);
     });
   };
-  outlet.offer(camera_info, stamp_ns, [&](sensor_msgs::CameraInfo& message) {
-    mark(message.header, options.camera_frame);
-    fill(message, rig);
-  });
-  offer(annotated, options.camera_frame, facts.left_jpeg);
-  offer(u_disparity, level_frame(), facts.u_disparity_jpeg);
+  for (std::size_t i{0}; i < cameras.size(); ++i) {
+    CameraTopics& camera{cameras[i]};
+    outlet.offer(camera.camera_info, stamp_ns, [&](sensor_msgs::CameraInfo& message) {
+      mark(message.header, camera.frame);
+      fill(message, camera.rig);
+    });
+    offer(camera.annotated, camera.frame, facts.left_jpeg, i);
+    offer(camera.u_disparity, camera.frame_of_level(), facts.u_disparity_jpeg, i);
+  }
 }
 
 void FrameMessages::Implementation::send_diagnostics(const FrameResult& result, const FrameFacts& facts) {
@@ -329,6 +378,7 @@ void FrameMessages::send(const FrameResult& result, const FrameFacts& facts) {
   Implementation& it{*implementation_};
   it.stamp_ns = facts.stamp_ns;
   it.stamp = time_of(facts.stamp_ns);
+  it.set_cameras(result);
   it.send_transforms(result);
   it.send_odometry(result, facts.covariances);
   it.send_grids(result);
@@ -344,8 +394,7 @@ void FrameMessages::set_points_voxel(double side_m) {
 }
 
 void FrameMessages::set_rig(const Rig& rig) {
-  implementation_->rig = checked(rig);
-  implementation_->level_rig = LevelMapping{rig}.level_rig();
+  implementation_->cameras.front().set_rig(checked(rig));
   implementation_->is_extrinsics_sent = false;
 }
 

@@ -35,7 +35,7 @@ std::string line(int indent, const std::string& key, const std::string& value) {
 double scan_range_max_m(const Rig& rig, const GridGeometry& grid) {
   const Image<float> unknown{grid.nx, grid.ny, 0.5f};
   sensor_msgs::LaserScan scan;
-  fill(scan, rig, grid, unknown.view());
+  fill(scan, {&rig, 1}, grid, unknown.view());
   return static_cast<double>(scan.range_max);
 }
 

@@ -40,15 +40,27 @@ class Outlet {
     return {(is_of_root ? "/" : of_node) + std::string{name} + suffix, is_latched, select(name)};
   }
 
+  /// Topic of one of several cameras, below its name; selected by `name` alone. "": of the only camera.
+  template <Message M>
+  Topic<M> camera_topic(const std::string& camera, std::string_view name) {
+    return {"/" + node_ + "/" + (camera.empty() ? "" : camera + "/") + std::string{name}, false, select(name)};
+  }
+
   /// Throws ConfigError: a selected name is none of the topics made so far.
   void check_selection() const;
+
+  /// True if the topic has receivers. Adds it to the publisher.
+  template <Message M>
+  bool wants(Topic<M>& topic) {
+    if (!topic.is_selected) return false;
+    if (!topic.channel) topic.channel = sink_->add({topic.path, M::type_name, definition_of<M>(), topic.is_latched});
+    return sink_->wants(*topic.channel);
+  }
 
   /// Calls `fill` with the message and sends it, if the topic has receivers. Returns true if it was sent.
   template <Message M, class Fill>
   bool offer(Topic<M>& topic, std::int64_t stamp_ns, Fill&& fill) {
-    if (!topic.is_selected) return false;
-    if (!topic.channel) topic.channel = sink_->add({topic.path, M::type_name, definition_of<M>(), topic.is_latched});
-    if (!sink_->wants(*topic.channel)) return false;
+    if (!wants(topic)) return false;
     fill(topic.message);
     sink_->send(*topic.channel, stamp_ns, writer_.encode(topic.message));
     return true;

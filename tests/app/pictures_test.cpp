@@ -17,6 +17,7 @@ namespace stereogrid::app {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 using Triple = std::array<double, 3>;
 using Matrix = std::array<Triple, 3>;
 
@@ -159,18 +160,18 @@ class Drawn : public testing::Test {
 };
 
 TEST_F(Drawn, ObstaclesHaveTheirNumbersInBothViews) {
-  const std::string svg{draw_svg(frame, result, scene.rig())};
+  const std::string svg{draw_svg(frame, result)};
   const std::string label{">4711: 2.5 m/s</text>"};
   const std::size_t first{svg.find(label)};
   ASSERT_NE(first, std::string::npos);
   EXPECT_NE(svg.find(label, first + 1), std::string::npos);
   result.obstacles[0].confirmed = false;
-  EXPECT_EQ(draw_svg(frame, result, scene.rig()).find(label), std::string::npos);
+  EXPECT_EQ(draw_svg(frame, result).find(label), std::string::npos);
 }
 
 TEST_F(Drawn, SvgHasTheSizeOfThePixelsAndNamesItsAxes) {
-  const std::string svg{draw_svg(frame, result, scene.rig())};
-  const io::RgbImage pixels{draw_picture(frame, result, scene.rig())};
+  const std::string svg{draw_svg(frame, result)};
+  const io::RgbImage pixels{draw_picture(frame, result)};
   EXPECT_THAT(svg, HasSubstr("viewBox=\"0 0 " + std::to_string(pixels.width) + ' ' + std::to_string(pixels.height)));
   for (const char* name : {"x, ahead (m)", "y, to the left (m)", "disparity (px)", "distance (m)"}) {
     EXPECT_THAT(svg, HasSubstr(std::string{'>'} + name + "</text>"));
@@ -178,15 +179,48 @@ TEST_F(Drawn, SvgHasTheSizeOfThePixelsAndNamesItsAxes) {
   for (const char* direction : {">ahead<", ">left<", ">back<", ">right<"}) EXPECT_THAT(svg, HasSubstr(direction));
 }
 
+// The obstacle is ahead: no line of it is in the image of the camera that faces backwards.
+TEST(DrawnCameras, HaveAnImageEachAndOneGrid) {
+  const scenes::Scene scene{
+      scenes::parse_scene("around?cameras=2&turn_deg=180&frames=1&width=160&height=100&focal=80")};
+  Config config{preset("default")};
+  config.grid.rear_m = config.grid.length_m = 10;
+  Pipeline pipeline{config, scene.rigs(), {.camera_names = {"front", "rear"}}};
+  const StereoFrame frame{scene.load(0)};
+  FrameResult result{pipeline.process(frame)};
+  Obstacle obstacle;
+  obstacle.id = 4711;
+  obstacle.confirmed = true;
+  obstacle.x_m = 6;
+  obstacle.length_m = obstacle.width_m = obstacle.height_m = 1;
+  result.obstacles = {obstacle};
+  const std::string svg{draw_svg(frame, result)};
+  for (const char* name : {">front</text>", ">rear</text>"}) EXPECT_THAT(svg, HasSubstr(name));
+  EXPECT_THAT(svg, Not(HasSubstr("u-disparity")));
+  const auto count_of = [&svg](const std::string& part) {
+    int count{0};
+    for (std::size_t at{svg.find(part)}; at != std::string::npos; at = svg.find(part, at + 1)) ++count;
+    return count;
+  };
+  EXPECT_EQ(count_of("<image"), 3 + 2) << "two cameras, the grid, two scales";
+  EXPECT_EQ(count_of(">4711</text>"), 2) << "one camera and the grid";
+  EXPECT_FALSE(annotated_jpeg(image_of(frame, result, 1)).empty());
+  EXPECT_NE(annotated_jpeg(image_of(frame, result, 0)), annotated_jpeg(image_of(frame, result, 1)));
+  result.cameras[1].has_images = false;
+  EXPECT_EQ(image_of(frame, result, 1).frame, nullptr);
+  const io::RgbImage pixels{draw_picture(frame, result)};
+  EXPECT_THAT(svg, HasSubstr("viewBox=\"0 0 " + std::to_string(pixels.width) + ' ' + std::to_string(pixels.height)));
+}
+
 TEST_F(Drawn, ElevationIsDrawnWhereItExceedsItsNoise) {
   const auto changed = [&](float elevation_m, float sigma_m) {
     result.vehicle.occupancy(10, 10) = 0.1F;
     result.vehicle.velocity_x(10, 10) = result.vehicle.velocity_y(10, 10) = 0;
     result.elevation_m(10, 10) = 0;
-    const std::string level{draw_svg(frame, result, scene.rig())};
+    const std::string level{draw_svg(frame, result)};
     result.elevation_m(10, 10) = elevation_m;
     result.elevation_sigma_m(10, 10) = sigma_m;
-    return draw_svg(frame, result, scene.rig()) != level;
+    return draw_svg(frame, result) != level;
   };
   ASSERT_FALSE(result.elevation_m.empty());
   EXPECT_TRUE(changed(0.3F, 0.05F));

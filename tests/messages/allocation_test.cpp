@@ -40,7 +40,7 @@ TEST(MessageAllocation, IsNoneButOfThePointsOnceItRuns) {
   Counter counter;
   FrameMessages messages{counter, pipeline.rig()};
   const std::vector<std::byte> bytes(10'000);
-  const auto jpeg = [&bytes] { return std::span{bytes}; };
+  const auto jpeg = [&bytes](int) { return std::span{bytes}; };
   FrameResult result;
   for (std::size_t i{0}; i < scene.size(); ++i) pipeline.process(scene.load(i), result);
   ASSERT_GT(result.obstacles.size(), 2u);

@@ -196,8 +196,9 @@ TEST(ImageMessages, AreLeftOutWithoutStagesAndPicture) {
 
 TEST(ImageMessages, HaveThePictureAsItIs) {
   const std::array<std::byte, 3> jpeg{std::byte{0xff}, std::byte{0xd8}, std::byte{0}};
-  const auto message{sent_on<sensor_msgs::CompressedImage>(
-      "/stereo_grid/left/image_annotated/compressed", small_result(), {.left_jpeg = [&] { return std::span{jpeg}; }})};
+  const auto message{sent_on<sensor_msgs::CompressedImage>("/stereo_grid/left/image_annotated/compressed",
+                                                           small_result(),
+                                                           {.left_jpeg = [&](int) { return std::span{jpeg}; }})};
   EXPECT_EQ(message.format, "jpeg");
   EXPECT_EQ(message.header.frame_id, "stereo_left_optical");
   EXPECT_THAT(message.data, testing::ElementsAre(0xff, 0xd8, 0));
@@ -304,6 +305,93 @@ TEST(LaserScanMessage, IsUnknownOfAGridBesideItsView) {
   FrameResult result{all_free()};
   result.vehicle.geometry.y_min_m = 5;
   for (const float range : scan_of(result).ranges) EXPECT_TRUE(std::isnan(range));
+}
+
+// Result and rigs of cameras around the vehicle, whose fields of view have 90°, in a free grid of 20 × 20 m.
+FrameResult seen_by_cameras(const std::vector<double>& yaws_rad) {
+  FrameResult result{all_free()};
+  result.vehicle.geometry = {-10, -10, 0.2, 100, 100};
+  for (const double yaw_rad : yaws_rad) {
+    FrameResult& camera{result.cameras.emplace_back()};
+    camera.camera_name = "camera" + std::to_string(result.cameras.size() - 1);
+    camera.rig = camera.level_rig = small_rig();
+    camera.rig.camera_yaw_rad = camera.level_rig.camera_yaw_rad = yaw_rad;
+  }
+  return result;
+}
+
+TEST(LaserScanMessage, CoversTheFieldsOfViewOfAllCameras) {
+  constexpr double pi{std::numbers::pi};
+  const LaserScan rear{scan_of(seen_by_cameras({-pi / 2, -pi}))};
+  EXPECT_NEAR(rear.angle_min, -1.25 * pi, 1e-6);
+  EXPECT_NEAR(rear.angle_max, -0.25 * pi, 1e-6);
+  FrameResult result{seen_by_cameras({0, pi / 2, pi, -pi / 2})};
+  set(result, {-5, 0.1}, 0.9F);
+  set(result, {0.1, 4}, 0.9F);
+  const LaserScan scan{scan_of(result)};
+  EXPECT_NEAR(scan.angle_max - scan.angle_min, 2 * pi, 1e-5);
+  EXPECT_NEAR(scan.range_max, 10, 1e-4) << "square to the sides of the grid";
+  const auto beam_at = [&](double bearing_rad) {
+    const double beyond_rad{std::fmod(bearing_rad - static_cast<double>(scan.angle_min) + 4 * pi, 2 * pi)};
+    return scan.ranges.at(
+        static_cast<std::size_t>(std::lround(beyond_rad / static_cast<double>(scan.angle_increment))));
+  };
+  EXPECT_NEAR(beam_at(pi - 0.02), 4.9, 0.2);
+  EXPECT_NEAR(beam_at(pi / 2 - 0.025), 4, 0.2);
+  for (const double bearing_rad : {0.0, -pi / 2, 2.5, -2.5})
+    EXPECT_TRUE(std::isinf(beam_at(bearing_rad))) << bearing_rad;
+}
+
+TEST(LaserScanMessage, IsUnknownBetweenViews) {
+  constexpr double pi{std::numbers::pi};
+  const LaserScan scan{scan_of(seen_by_cameras({0.6 * pi, -0.6 * pi}))};
+  EXPECT_NEAR(scan.angle_max - scan.angle_min, 1.3 * pi, 1e-5) << "the wider gap is ahead";
+  const auto middle = scan.ranges.size() / 2;
+  EXPECT_TRUE(std::isnan(scan.ranges[middle])) << "behind";
+  EXPECT_TRUE(std::isinf(scan.ranges[middle / 2]));
+  EXPECT_TRUE(std::isinf(scan.ranges[middle + middle / 2]));
+}
+
+// A camera 2 m ahead of the vehicle's origin sees nothing beside itself.
+TEST(LaserScanMessage, TakesPlacesOfCamerasIntoAccount) {
+  Rig rig{small_rig()};
+  rig.camera_x_m = 2;
+  FrameResult result{all_free()};
+  const LaserScan scan{scan_of(result, rig)};
+  EXPECT_TRUE(std::isinf(range_at(scan, 0)));
+  EXPECT_TRUE(std::isnan(range_at(scan, std::numbers::pi / 4))) << "outside of its view";
+}
+
+TEST(ImageMessages, OfSeveralCamerasAreBelowTheirNames) {
+  FrameResult result{with_stages()};
+  const FrameResult one{result};
+  for (const char* const name : {"front", "rear"}) {
+    FrameResult& camera{result.cameras.emplace_back(one)};
+    camera.camera_name = name;
+    camera.rig = camera.level_rig = small_rig();
+  }
+  result.cameras[1].rig.camera_yaw_rad = result.cameras[1].level_rig.camera_yaw_rad = std::numbers::pi;
+  const std::array<std::byte, 1> jpeg{std::byte{7}};
+  const messages::FrameFacts facts{.left_jpeg = [&](int camera) {
+    return camera == 0 ? std::span<const std::byte>{} : std::span<const std::byte>{jpeg};
+  }};
+  Recorder recorder;
+  FrameMessages messages{recorder,
+                         small_rig(),
+                         {.topics = {"left/camera_info", "left/image_annotated/compressed", "disparity", "tf_static"}}};
+  messages.send(result, facts);
+  EXPECT_EQ(recorder.type_of("/stereo_grid/left/camera_info"), "no such topic");
+  EXPECT_EQ(recorder.last<sensor_msgs::CameraInfo>("/stereo_grid/front/left/camera_info").header.frame_id,
+            "front_stereo_left_optical");
+  EXPECT_EQ(recorder.count("/stereo_grid/front/left/image_annotated/compressed"), 0u);
+  EXPECT_THAT(recorder.last<sensor_msgs::CompressedImage>("/stereo_grid/rear/left/image_annotated/compressed").data,
+              testing::ElementsAre(7));
+  EXPECT_EQ(recorder.last<stereo_msgs::DisparityImage>("/stereo_grid/rear/disparity").header.frame_id,
+            "rear_stereo_left_optical");
+  std::vector<std::string> frames;
+  for (const auto& one_of : recorder.last<tf2_msgs::TFMessage>("/tf_static").transforms)
+    frames.push_back(one_of.child_frame_id);
+  EXPECT_THAT(frames, testing::ElementsAre("front_stereo_left_optical", "rear_stereo_left_optical"));
 }
 
 TEST(LaserScanMessage, EndsWhereTheFirstBeamLeavesTheGrid) {

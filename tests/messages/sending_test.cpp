@@ -24,7 +24,7 @@ const Recorder& street() {
   Pipeline pipeline{preset("default"), scene.rig(), {.threads = 2, .horizons_s = {0.5}}};
   FrameMessages messages{recorder, pipeline.rig()};
   const std::array<std::byte, 2> bytes{};
-  const auto jpeg = [&bytes] { return std::span{bytes}; };
+  const auto jpeg = [&bytes](int) { return std::span{bytes}; };
   for (std::size_t i{0}; i < scene.size(); ++i) {
     const StereoFrame frame{scene.load(i)};
     messages.send(pipeline.process(frame), {.stamp_ns = frame.stamp_ns, .left_jpeg = jpeg, .u_disparity_jpeg = jpeg});

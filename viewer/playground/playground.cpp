@@ -84,7 +84,7 @@ void process(const std::uint8_t* left, const std::uint8_t* right, int width, int
 
   PageSink sink;
   messages::FrameMessages messages{sink, result.rig};
-  messages.send(result, {.left_jpeg = [&] { return std::span{jpeg, jpeg_size}; }, .frames = 1});
+  messages.send(result, {.left_jpeg = [&](int) { return std::span{jpeg, jpeg_size}; }, .frames = 1});
 }
 
 // In place of the C++ run-time's exceptions, which WebAssembly without their extension lacks: the message reaches the

@@ -115,25 +115,27 @@ void visit_sectors(const GridGeometry& grid, int ix, int iy, Visit&& visit) {
 std::array<bool, sectors> free_sectors(const messages::sensor_msgs::LaserScan& scan) {
   std::array<bool, sectors> are_free{};
   for (int sector{0}; sector < sectors; ++sector) {
-    const double centre_rad{std::remainder(-sector * sector_rad, 2 * std::numbers::pi)};
-    const double first{(centre_rad - sector_rad / 2 - static_cast<double>(scan.angle_min)) /
-                       static_cast<double>(scan.angle_increment)};
+    const double first_rad{-sector * sector_rad - sector_rad / 2 - static_cast<double>(scan.angle_min)};
+    const double turns{std::floor(first_rad / (2 * std::numbers::pi))};
+    const double first{(first_rad - 2 * std::numbers::pi * turns) / static_cast<double>(scan.angle_increment)};
     const double last{first + sector_rad / static_cast<double>(scan.angle_increment)};
-    if (!(first >= 0 && last <= static_cast<double>(scan.ranges.size() - 1))) continue;
-    const auto begin{scan.ranges.begin() + static_cast<std::ptrdiff_t>(std::floor(first))};
-    const auto end{scan.ranges.begin() + static_cast<std::ptrdiff_t>(std::ceil(last)) + 1};
-    are_free.at(static_cast<std::size_t>(sector)) =
-        std::all_of(begin, end, [](float range) { return range == std::numeric_limits<float>::infinity(); });
+    const std::size_t beams{scan.ranges.size() - 1};  // from edge to edge
+    const bool is_whole_turn{static_cast<double>(scan.angle_max - scan.angle_min) > 2 * std::numbers::pi - 1e-5};
+    if (last > static_cast<double>(beams) && !is_whole_turn) continue;
+    bool is_free{true};
+    for (auto beam = static_cast<std::size_t>(first); beam < static_cast<std::size_t>(std::ceil(last)) + 1; ++beam)
+      is_free = is_free && scan.ranges[is_whole_turn ? beam % beams : beam] == std::numeric_limits<float>::infinity();
+    are_free.at(static_cast<std::size_t>(sector)) = is_free;
   }
   return are_free;
 }
 
 }  // namespace
 
-ObstacleDistance obstacle_distance_of(const FrameResult& result, const Rig& rig) {
+ObstacleDistance obstacle_distance_of(const FrameResult& result) {
   const GridLayers& grid{result.vehicle};
   messages::sensor_msgs::LaserScan scan;
-  messages::fill(scan, rig, grid.geometry, grid.occupancy.view());
+  messages::fill(scan, rigs_of(result), grid.geometry, grid.occupancy.view());
   ObstacleDistance message{.min_cm = centimetres(static_cast<double>(scan.range_min)),
                            .max_cm = centimetres(static_cast<double>(scan.range_max))};
   const std::array<bool, sectors> are_free{free_sectors(scan)};
@@ -212,7 +214,7 @@ MavlinkSender::~MavlinkSender() {
   if (socket_ >= 0) close(socket_);
 }
 
-void MavlinkSender::send(const FrameResult& result, const Rig& rig, std::int64_t stamp_ns) {
+void MavlinkSender::send(const FrameResult& result, std::int64_t stamp_ns) {
   const auto is_due = [stamp_ns](std::optional<std::int64_t>& last_ns, std::int64_t after_ns) {
     if (last_ns && stamp_ns >= *last_ns && stamp_ns - *last_ns < after_ns) return false;
     last_ns = stamp_ns;
@@ -220,7 +222,7 @@ void MavlinkSender::send(const FrameResult& result, const Rig& rig, std::int64_t
   };
   if (is_due(heartbeat_ns_, heartbeat_period_ns)) send(encoder_.heartbeat());
   if (!is_due(sent_ns_, period_ns)) return;
-  ObstacleDistance message{obstacle_distance_of(result, rig)};
+  ObstacleDistance message{obstacle_distance_of(result)};
   message.time_us = static_cast<std::uint64_t>(std::max<std::int64_t>(stamp_ns, 0)) / 1000;
   send(encoder_.encoded(message));
 }

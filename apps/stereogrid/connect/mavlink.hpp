@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "stereogrid/camera.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"
 #include "stereogrid/result.hpp"
 
@@ -27,7 +26,7 @@ struct ObstacleDistance {
 
 /// Sectors of a result. Obstacles are the occupied cells of the filtered grid, which has drops, too. A sector without
 /// any is free if the scan sees all of it free, else unknown. Distances are relative to the vehicle frame.
-[[nodiscard]] ObstacleDistance obstacle_distance_of(const FrameResult& result, const Rig& rig);
+[[nodiscard]] ObstacleDistance obstacle_distance_of(const FrameResult& result);
 
 /// Packets of MAVLink 2 without a signature.
 class MavlinkEncoder {
@@ -52,7 +51,7 @@ class MavlinkSender {
   MavlinkSender& operator=(const MavlinkSender&) = delete;
   ~MavlinkSender();
 
-  void send(const FrameResult& result, const Rig& rig, std::int64_t stamp_ns);
+  void send(const FrameResult& result, std::int64_t stamp_ns);
 
  private:
   void send(const std::vector<std::uint8_t>& packet) const;

@@ -237,22 +237,24 @@ MessageOutput::MessageOutput(const MessageOptions& options, server::Server* view
 MessageOutput::~MessageOutput() = default;
 
 void MessageOutput::send(const StereoFrame& frame, const FrameResult& result, messages::FrameFacts facts) {
-  std::vector<std::uint8_t> left;
-  std::vector<std::uint8_t> u_disparity;
+  std::vector<std::vector<std::uint8_t>> left(std::max<std::size_t>(result.cameras.size(), 1));
+  std::vector<std::vector<std::uint8_t>> u_disparity(left.size());
   facts.stamp_ns = frame.stamp_ns;
   if (!result.stages.occupancy.empty()) {
-    const auto once = [](std::vector<std::uint8_t>& jpeg, const auto& make) {
-      if (jpeg.empty()) jpeg = make();
+    const auto once = [&](std::vector<std::vector<std::uint8_t>>& jpegs, int camera, const auto& make) {
+      std::vector<std::uint8_t>& jpeg{jpegs.at(static_cast<std::size_t>(camera))};
+      const CameraImage image{image_of(frame, result, camera)};
+      if (jpeg.empty() && image.frame != nullptr) jpeg = make(image);
       return std::as_bytes(std::span{jpeg});
     };
-    facts.left_jpeg = [&, once] { return once(left, [&] { return annotated_jpeg(frame, result, result.rig); }); };
-    facts.u_disparity_jpeg = [&, once] { return once(u_disparity, [&] { return u_disparity_jpeg(result); }); };
+    facts.left_jpeg = [&, once](int camera) { return once(left, camera, annotated_jpeg); };
+    facts.u_disparity_jpeg = [&, once](int camera) { return once(u_disparity, camera, u_disparity_jpeg); };
   }
   for (messages::FrameMessages& sender : state_->senders) {
     if (result.rig != state_->rig) sender.set_rig(result.rig);
     sender.send(result, facts);
   }
-  if (state_->mavlink) state_->mavlink->send(result, result.rig, frame.stamp_ns);
+  if (state_->mavlink) state_->mavlink->send(result, frame.stamp_ns);
   state_->rig = result.rig;
 }
 

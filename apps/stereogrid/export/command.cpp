@@ -104,7 +104,7 @@ std::string scans_of(const io::RunReader& run) {
   std::size_t done{0};
   for (const io::RunFrame& frame : run.frames()) {
     progress.update(done++);
-    messages::fill(scan, run.rig_of(frame), run.grid(), run.occupancy(frame.name).view());
+    messages::fill(scan, run.rigs_of(frame), run.grid(), run.occupancy(frame.name).view());
     if (text.empty()) text = scan_header(scan.ranges.size());
     text += scan_row(frame, scan);
   }

@@ -28,9 +28,10 @@ float occupancy_at(const StageImages& stages, int u, float disparity) {
 }
 
 /// The left image; black where the camera has none.
-cv::Mat grey_image(const StereoFrame& frame, const Rig& rig) {
-  const Image<std::uint8_t>& left{frame.left};
-  if (left.empty()) return cv::Mat::zeros(rig.height_px, rig.width_px, CV_8UC1);
+cv::Mat grey_image(const CameraImage& image) {
+  const Rig& rig{image.seen.rig};
+  if (image.frame == nullptr || image.frame->left.empty()) return cv::Mat::zeros(rig.height_px, rig.width_px, CV_8UC1);
+  const Image<std::uint8_t>& left{image.frame->left};
   cv::Mat grey(left.height(), left.width(), CV_8UC1);
   std::copy(left.begin(), left.end(), grey.begin<std::uint8_t>());
   return grey;
@@ -46,8 +47,9 @@ cv::Matx33d camera_from_level(const Rig& rig, const Rig& level_rig) {
 }
 
 /// The left image (grey) as the stages saw it.
-cv::Mat level_image(const StereoFrame& frame, const Rig& rig) {
-  const cv::Mat grey{grey_image(frame, rig)};
+cv::Mat level_image(const CameraImage& image) {
+  const Rig& rig{image.seen.rig};
+  const cv::Mat grey{grey_image(image)};
   const LevelMapping mapping{rig};
   if (mapping.is_identity()) return grey;
   const Rig& level_rig{mapping.level_rig()};
@@ -65,15 +67,15 @@ constexpr std::uint8_t road{2};
 bool is_behind_edge(const FrameResult& result, const Rig& level_rig, int u, float disparity) {
   const double x_m{level_rig.focal_px * level_rig.baseline_m / disparity};
   const double y_m{(level_rig.cx_px - u) * x_m / level_rig.focal_px};
-  const auto cell = result.vehicle.geometry.cell_at({x_m, y_m});
+  const auto cell = result.vehicle.geometry.cell_at(camera_place(level_rig) * Point2{x_m, y_m});
   if (!cell || result.terrain.empty()) return false;
   const TerrainClass kind{result.terrain(cell->ix, cell->iy)};
   return kind == TerrainClass::drop || kind == TerrainClass::hidden;
 }
 
 /// Class of each pixel according to the stages.
-cv::Mat1b classes_of(const FrameResult& result, const Rig& level_rig) {
-  const StageImages& stages{result.stages};
+cv::Mat1b classes_of(const CameraImage& image, const Rig& level_rig) {
+  const StageImages& stages{image.stages};
   const Image<float>& obstacles{stages.obstacle_disparity};
   cv::Mat1b kinds(obstacles.height(), obstacles.width(), nothing);
   for (int v{0}; v < kinds.rows; ++v) {
@@ -83,7 +85,7 @@ cv::Mat1b classes_of(const FrameResult& result, const Rig& level_rig) {
       if (of_obstacle > 0 && occupancy_at(stages, u, of_obstacle) > upright_above) {
         kinds(v, u) = upright;
       } else if (of_road > 0 && occupancy_at(stages, u, of_road) < free_below &&
-                 !is_behind_edge(result, level_rig, u, of_road)) {
+                 !is_behind_edge(image.result, level_rig, u, of_road)) {
         kinds(v, u) = road;
       }
     }
@@ -105,21 +107,28 @@ cv::Mat tinted(const cv::Mat& grey, const cv::Mat1b& kinds) {
 
 }  // namespace
 
-void draw_camera(Canvas& canvas, const Box& box, const StereoFrame& frame, const FrameResult& result, const Rig& rig) {
-  const Rig level_rig{LevelMapping{rig}.level_rig()};
-  canvas.image(box, tinted(level_image(frame, rig), classes_of(result, level_rig)), true);
-  draw_obstacles_in_image(canvas, box, result, level_rig);
+CameraImage image_of(const StereoFrame& frame, const FrameResult& result, int camera) {
+  if (result.cameras.empty()) return {&frame, result, result, result.stages};
+  const FrameResult& seen{result.cameras.at(static_cast<std::size_t>(camera))};
+  return {seen.has_images ? frame_of(frame, camera) : nullptr, result, seen, camera == 0 ? result.stages : seen.stages};
+}
+
+void draw_camera(Canvas& canvas, const Box& box, const CameraImage& image) {
+  const Rig level_rig{LevelMapping{image.seen.rig}.level_rig()};
+  canvas.image(box, tinted(level_image(image), classes_of(image, level_rig)), true);
+  if (image.frame != nullptr) draw_obstacles_in_image(canvas, box, image);
   frame_box(canvas, box);
 }
 
-std::vector<std::uint8_t> annotated_jpeg(const StereoFrame& frame, const FrameResult& result, const Rig& rig) {
+std::vector<std::uint8_t> annotated_jpeg(const CameraImage& image) {
   constexpr int quality{80};
-  const cv::Mat grey{grey_image(frame, rig)};
-  const LevelMapping mapping{rig};
-  cv::Mat1b kinds{classes_of(result, mapping.level_rig())};
+  const cv::Mat grey{grey_image(image)};
+  const LevelMapping mapping{image.seen.rig};
+  cv::Mat1b kinds{classes_of(image, mapping.level_rig())};
   if (!mapping.is_identity()) {
     cv::Mat1b of_camera;
-    cv::warpPerspective(kinds, of_camera, camera_from_level(rig, mapping.level_rig()), grey.size(), cv::INTER_NEAREST);
+    cv::warpPerspective(kinds, of_camera, camera_from_level(image.seen.rig, mapping.level_rig()), grey.size(),
+                        cv::INTER_NEAREST);
     kinds = of_camera;
   }
   cv::Mat colour{tinted(grey, kinds)};

@@ -111,28 +111,37 @@ constexpr int axis_below_px{50};   ///< and below the grid
 constexpr int legend_height_px{128};
 constexpr int legend_width_px{620};
 
-void draw_camera(Canvas& canvas, const Box& box, const StereoFrame& frame, const FrameResult& result, const Rig& rig);
+/// A camera's part of a frame.
+struct CameraImage {
+  const StereoFrame* frame;   ///< nullptr: the camera has no images
+  const FrameResult& result;  ///< result of all cameras: grids, obstacles
+  const FrameResult& seen;    ///< result of this camera: rigs, ground
+  const StageImages& stages;
+};
+[[nodiscard]] CameraImage image_of(const StereoFrame& frame, const FrameResult& result, int camera);
+
+void draw_camera(Canvas& canvas, const Box& box, const CameraImage& image);
 /// Boxes of objects, boundaries as lines with their height, numbers, speeds of dynamic obstacles. `box`: shows the
-/// level image, whose rig is `level_rig`.
-void draw_obstacles_in_image(Canvas& canvas, const Box& box, const FrameResult& result, const Rig& level_rig);
-void draw_u_disparity(Canvas& canvas, const Box& box, const FrameResult& result, const Rig& rig);
-void draw_grid(Canvas& canvas, const Box& box, const FrameResult& result, const Rig& rig);
+/// level image.
+void draw_obstacles_in_image(Canvas& canvas, const Box& box, const CameraImage& image);
+void draw_u_disparity(Canvas& canvas, const Box& box, const CameraImage& image);
+void draw_grid(Canvas& canvas, const Box& box, const FrameResult& result);
 /// Scales of occupancy and elevation, kinds of lines, wheel of directions.
 void draw_grid_legend(Canvas& canvas, const Box& box);
 
 /// Visualisation of a frame: the left image with overlay, the u-disparity grid below, the filtered grid from above at
-/// its side. The size depends on the rig and the grid only.
-[[nodiscard]] io::RgbImage draw_picture(const StereoFrame& frame, const FrameResult& result, const Rig& rig);
+/// its side. Of several cameras the left images alone, with their names. The size depends on the rigs and the grid
+/// only.
+[[nodiscard]] io::RgbImage draw_picture(const StereoFrame& frame, const FrameResult& result);
 
 /// The same as SVG: letters and lines are elements, images are embedded.
-[[nodiscard]] std::string draw_svg(const StereoFrame& frame, const FrameResult& result, const Rig& rig);
+[[nodiscard]] std::string draw_svg(const StereoFrame& frame, const FrameResult& result);
 
-/// Left image of the camera with the same overlay, as JPEG. Needs FrameResult::stages.
-[[nodiscard]] std::vector<std::uint8_t> annotated_jpeg(const StereoFrame& frame, const FrameResult& result,
-                                                       const Rig& rig);
+/// Left image of a camera with the same overlay, as JPEG. Needs FrameResult::stages.
+[[nodiscard]] std::vector<std::uint8_t> annotated_jpeg(const CameraImage& image);
 
 /// The smoothed u-disparity grid alone, a pixel for each cell, disparities growing downwards, as JPEG. Needs
 /// FrameResult::stages.
-[[nodiscard]] std::vector<std::uint8_t> u_disparity_jpeg(const FrameResult& result);
+[[nodiscard]] std::vector<std::uint8_t> u_disparity_jpeg(const CameraImage& image);
 
 }  // namespace stereogrid::app

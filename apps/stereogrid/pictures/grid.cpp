@@ -46,7 +46,7 @@ cv::Mat draw_cells(const FrameResult& result) {
 }
 
 /// Field of view and distances.
-void draw_rulers(Canvas& canvas, const TopView& view, const Rig& rig) {
+void draw_rulers(Canvas& canvas, const TopView& view, const GridGeometry& grid, const Rig& rig) {
   constexpr int pieces{48};
   const double far_m{view.far_m()};
   const double left{std::atan(rig.cx_px / rig.focal_px)};
@@ -58,7 +58,7 @@ void draw_rulers(Canvas& canvas, const TopView& view, const Rig& rig) {
     return view.at(place.x, place.y);
   };
   for (const double side : {left, right}) canvas.line({at(0, 0), at(far_m, std::tan(side) * far_m)}, stroke);
-  for (const double range_m : ruler_marks(0, 1.5 * far_m, far_m)) {
+  for (const double range_m : ruler_marks(0, 1.5 * far_m, grid.nx * grid.cell_size_m)) {
     Points arc;
     for (int i{0}; i <= pieces; ++i) {
       const double angle{right + (left - right) * i / pieces};
@@ -70,17 +70,18 @@ void draw_rulers(Canvas& canvas, const TopView& view, const Rig& rig) {
 
 void draw_axes(Canvas& canvas, const Box& box, const TopView& view, const GridGeometry& grid) {
   constexpr double tick_px{6};
-  const double x_end_m{grid.x_min_m + grid.nx * grid.cell_size_m};
+  const double length_m{grid.nx * grid.cell_size_m};
+  const double x_end_m{grid.x_min_m + length_m};
   const double y_end_m{grid.y_min_m + grid.ny * grid.cell_size_m};
   const double left{double(box.x)};
   const double bottom{double(box.y) + box.height};
   const Palette& use{palette()};
-  for (const double x_m : ruler_marks(grid.x_min_m, x_end_m, x_end_m)) {
+  for (const double x_m : ruler_marks(grid.x_min_m, x_end_m, length_m)) {
     const double y{view.at(x_m, 0).y};
     canvas.line({{left - tick_px, y}, {left, y}}, {use.ink});
     canvas.text({left - tick_px - 3, y + 5}, fmt::format("{:g}", x_m), {.colour = use.ink, .align = Align::right});
   }
-  for (const double y_m : ruler_marks(grid.y_min_m, y_end_m, x_end_m)) {
+  for (const double y_m : ruler_marks(grid.y_min_m, y_end_m, length_m)) {
     const double x{view.at(0, y_m).x};
     canvas.line({{x, bottom}, {x, bottom + tick_px}}, {use.ink});
     canvas.text({x, bottom + tick_px + 15}, fmt::format("{:g}", y_m), {.colour = use.ink, .align = Align::centre});
@@ -99,14 +100,14 @@ void draw_outline(Canvas& canvas, const TopView& view, const Obstacle& obstacle)
 
 }  // namespace
 
-void draw_grid(Canvas& canvas, const Box& box, const FrameResult& result, const Rig& rig) {
+void draw_grid(Canvas& canvas, const Box& box, const FrameResult& result) {
   const GridGeometry& grid{result.vehicle.geometry};
   const Box inside{0, 0, box.width, box.height};
   const TopView view{inside, grid};
   const std::vector<Obstacle> obstacles{shown_obstacles(result)};
   canvas.begin_part(box);
   canvas.image(inside, draw_cells(result), false);
-  draw_rulers(canvas, view, rig);
+  for (const Rig& rig : rigs_of(result)) draw_rulers(canvas, view, grid, rig);
   for (const Obstacle& obstacle : obstacles) draw_outline(canvas, view, obstacle);
   for (const Obstacle& obstacle : obstacles) {
     if (!obstacle.moving) continue;

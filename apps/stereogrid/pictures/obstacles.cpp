@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "pictures/drawing.hpp"
+#include "stereogrid/level_mapping.hpp"
 
 namespace stereogrid::app {
 namespace {
@@ -16,9 +17,10 @@ class View {
   /// `scale`: px of the canvas per px of the image.
   View(const Rig& level_rig, const Ground& ground, double scale) : rig_{level_rig}, ground_{ground}, scale_{scale} {}
 
+  [[nodiscard]] Point2 in_camera(Point2 in_vehicle) const { return inverse(camera_place(rig_)) * in_vehicle; }
   /// None: too near.
   [[nodiscard]] std::optional<cv::Point2d> at(Point2 in_vehicle, double height_m) const {
-    const Point2 place{inverse(camera_place(rig_)) * in_vehicle};
+    const Point2 place{in_camera(in_vehicle)};
     if (place.x < nearest_m) return {};
     // the road's normal g in the camera's frame, g·X = height of the camera over it; docs/method.md §1.2
     const double level{std::cos(ground_.pitch_rad)};
@@ -43,7 +45,9 @@ std::vector<Point2> corners_of(const Obstacle& obstacle) {
 }
 
 // Clockwise corners: a side faces the camera if it has the camera on its left.
-bool faces_camera(Point2 from, Point2 to) {
+bool faces_camera(const View& view, Point2 first, Point2 last) {
+  const Point2 from{view.in_camera(first)};
+  const Point2 to{view.in_camera(last)};
   return from.y * to.x - from.x * to.y < 0;
 }
 
@@ -54,7 +58,7 @@ std::vector<Points> base_of(const View& view, const std::vector<Point2>& places,
     const Point2 to{places[(i + 1) % places.size()]};
     const auto begin = view.at(places[i], 0);
     const auto end = view.at(to, 0);
-    if (begin && end && (!is_box || faces_camera(places[i], to))) lines.push_back({*begin, *end});
+    if (begin && end && (!is_box || faces_camera(view, places[i], to))) lines.push_back({*begin, *end});
   }
   return lines;
 }
@@ -92,9 +96,10 @@ std::vector<Points> lines_of(const View& view, const Obstacle& obstacle) {
 
 }  // namespace
 
-void draw_obstacles_in_image(Canvas& canvas, const Box& box, const FrameResult& result, const Rig& level_rig) {
-  const View view{level_rig, result.ground, double(box.width) / level_rig.width_px};
-  const std::vector<Obstacle> obstacles{shown_obstacles(result)};
+void draw_obstacles_in_image(Canvas& canvas, const Box& box, const CameraImage& image) {
+  const Rig level_rig{LevelMapping{image.seen.rig}.level_rig()};
+  const View view{level_rig, image.seen.ground, double(box.width) / level_rig.width_px};
+  const std::vector<Obstacle> obstacles{shown_obstacles(image.result)};
   canvas.begin_part(box);
   for (const Obstacle& obstacle : obstacles) {
     if (obstacle.coasting) continue;

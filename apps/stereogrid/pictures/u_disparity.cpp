@@ -46,17 +46,17 @@ void draw_depth_axis(Canvas& canvas, const Box& box, int disparities, const Rig&
 
 }  // namespace
 
-void draw_u_disparity(Canvas& canvas, const Box& box, const FrameResult& result, const Rig& rig) {
-  const Image<float>& occupancy{result.stages.occupancy_smooth};
+void draw_u_disparity(Canvas& canvas, const Box& box, const CameraImage& image) {
+  const Image<float>& occupancy{image.stages.occupancy_smooth};
   canvas.image(box, occupancy_colours(occupancy), false);
   frame_box(canvas, box);
   draw_disparity_axis(canvas, box, occupancy.height());
-  draw_depth_axis(canvas, box, occupancy.height(), rig);
+  draw_depth_axis(canvas, box, occupancy.height(), image.seen.rig);
 }
 
-std::vector<std::uint8_t> u_disparity_jpeg(const FrameResult& result) {
+std::vector<std::uint8_t> u_disparity_jpeg(const CameraImage& image) {
   constexpr int quality{90};
-  cv::Mat colours{occupancy_colours(result.stages.occupancy_smooth)};
+  cv::Mat colours{occupancy_colours(image.stages.occupancy_smooth)};
   cv::cvtColor(colours, colours, cv::COLOR_RGB2BGR);
   return io::encode_jpeg(view_of(colours), quality);
 }

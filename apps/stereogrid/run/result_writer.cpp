@@ -78,9 +78,9 @@ struct ResultWriter::State {
     if (options.predictions) io::write_predictions(options.folder / "predictions" / file, job.result);
     if (options.stages) io::write_stages(options.folder / "stages" / file, job.result.stages);
     const fs::path image{options.folder / "pictures" / (job.prepared.frame.name + '.' + options.pictures)};
-    if (options.pictures == "svg") io::write_file(image, draw_svg(job.prepared.frame, job.result, job.result.rig));
+    if (options.pictures == "svg") io::write_file(image, draw_svg(job.prepared.frame, job.result));
     if (options.pictures == "png" || video) {
-      const io::RgbImage picture{draw_picture(job.prepared.frame, job.result, job.result.rig)};
+      const io::RgbImage picture{draw_picture(job.prepared.frame, job.result)};
       if (options.pictures == "png") io::write_png(image, picture);
       if (video) video->add(picture);
     }

@@ -124,27 +124,37 @@ class StoredFrames final : public PlayedFrames {
     if (!messages_ || frame != next_) messages_.emplace(sink, result.rig);
     next_ = frame + 1;
     messages_->set_rig(result.rig);
-    const std::vector<std::uint8_t> jpeg{left_jpeg(stored)};
+    const std::optional<StereoFrame> loaded{frame_of_input(stored)};
+    std::vector<std::uint8_t> jpeg;
     messages::FrameFacts facts{.stamp_ns = static_cast<std::int64_t>(stamps_ns_.at(frame)),
                                .frames = static_cast<std::int64_t>(frame + 1)};
-    if (!jpeg.empty()) facts.left_jpeg = [&jpeg] { return std::as_bytes(std::span{jpeg}); };
+    if (loaded) {
+      facts.left_jpeg = [&](int camera) {
+        const StereoFrame* const seen{stereogrid::frame_of(*loaded, camera)};
+        jpeg = seen == nullptr ? std::vector<std::uint8_t>{} : left_jpeg(seen->left);
+        return std::as_bytes(std::span{jpeg});
+      };
+    }
     messages_->send(result, facts);
   }
 
  private:
-  /// Left image of the input; empty: unavailable.
-  [[nodiscard]] std::vector<std::uint8_t> left_jpeg(const io::RunFrame& frame) const {
-    constexpr int quality{80};
+  /// The frame in the input; none: unavailable.
+  [[nodiscard]] std::optional<StereoFrame> frame_of_input(const io::RunFrame& frame) const {
     if (!input_ || frame.index >= input_->source->size() || input_->source->name(frame.index) != frame.name) return {};
     try {
-      const StereoFrame loaded{input_->source->load(frame.index)};
-      if (loaded.left.empty()) return {};
-      return io::encode_jpeg({loaded.left.data(), loaded.left.width(), loaded.left.height()}, quality);
+      return input_->source->load(frame.index);
     } catch (const InputError&) {
       return {};
     } catch (const DeviceError&) {
       return {};
     }
+  }
+
+  static std::vector<std::uint8_t> left_jpeg(const Image<std::uint8_t>& left) {
+    constexpr int quality{80};
+    if (left.empty()) return {};
+    return io::encode_jpeg({left.data(), left.width(), left.height()}, quality);
   }
 
   io::RunReader run_;
@@ -182,6 +192,11 @@ FrameResult stored_result(const io::RunReader& run, const io::RunFrame& frame) {
     }
   } else {
     result.world = sampled(result.vehicle, result.world_from_vehicle);
+  }
+  for (const std::string& name : run.camera_names()) {
+    FrameResult& camera{result.cameras.emplace_back()};
+    camera.camera_name = name;
+    camera.rig = camera.level_rig = run.rigs_of(frame).at(result.cameras.size() - 1);
   }
   result.obstacles = frame.obstacles;
   result.timing_ms = frame.timing_ms;

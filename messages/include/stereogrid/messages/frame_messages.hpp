@@ -53,10 +53,11 @@ struct Latency {
 /// Published data of a frame that is not in FrameResult.
 struct FrameFacts {
   std::int64_t stamp_ns{0};  ///< StereoFrame::stamp_ns
-  /// Render the annotated left image and the u-disparity grid as JPEG; called only for topics with subscribers. The
-  /// bytes must be valid until send() returns. Empty function: no such image.
-  std::function<std::span<const std::byte>()> left_jpeg{};
-  std::function<std::span<const std::byte>()> u_disparity_jpeg{};
+  /// Render the annotated left image and the u-disparity grid of a camera (0: the only or first one) as JPEG; called
+  /// only for topics with subscribers. The bytes must be valid until send() returns. Empty function, no bytes: no such
+  /// image.
+  std::function<std::span<const std::byte>(int camera)> left_jpeg{};
+  std::function<std::span<const std::byte>(int camera)> u_disparity_jpeg{};
   std::optional<Latency> latency{};
   std::int64_t frames{0};                        ///< number of used frames so far, including this one
   std::span<const Dropped> dropped{};            ///< frames dropped so far
@@ -64,7 +65,8 @@ struct FrameFacts {
 };
 
 /// Publishes the result of each frame as ROS 2 messages; docs/messages.md lists topics, types and frames. A channel is
-/// added with the first message of its topic.
+/// added with the first message of its topic. Topics of several cameras (FrameResult::cameras) are below their names,
+/// such as front/left/camera_info, in frames such as front_stereo_left_optical.
 class STEREOGRID_EXPORT FrameMessages {
  public:
   /// `rig`: Pipeline::rig(). `sink`: publisher that outlives this object. Throws InputError: problems of the rig;
@@ -78,7 +80,8 @@ class STEREOGRID_EXPORT FrameMessages {
   /// result of a pipeline, or stages of another rig.
   void send(const FrameResult& result, const FrameFacts& facts);
 
-  /// Sets the current Pipeline::rig() after the pipeline has estimated extrinsics. Throws InputError: its problems.
+  /// Sets the current Pipeline::rig() after the pipeline has estimated extrinsics. Several cameras have those of
+  /// FrameResult::cameras. Throws InputError: its problems.
   void set_rig(const Rig& rig);
 
   /// Sets FrameMessagesOptions::points_voxel_m from the next frame on. Throws ConfigError: out of range.
@@ -89,11 +92,12 @@ class STEREOGRID_EXPORT FrameMessages {
   std::unique_ptr<Implementation> implementation_;
 };
 
-/// Nearest obstacle at each bearing in the camera's field of view, relative to the origin of the vehicle frame
+/// Nearest obstacle at each bearing in the cameras' fields of view, relative to the origin of the vehicle frame
 /// (docs/messages.md, topic `scan`). Writes all fields but the header; reuses the message's memory.
 ///
-/// `geometry`: in the vehicle frame; `occupancy` has its size. `rig`: Pipeline::rig().
-STEREOGRID_EXPORT void fill(sensor_msgs::LaserScan& message, const Rig& rig, const GridGeometry& geometry,
+/// `geometry`: in the vehicle frame; `occupancy` has its size. `rigs`: of all cameras (rigs_of()). Throws InputError:
+/// none, or more than 8.
+STEREOGRID_EXPORT void fill(sensor_msgs::LaserScan& message, std::span<const Rig> rigs, const GridGeometry& geometry,
                             View<const float> occupancy);
 
 }  // namespace stereogrid::messages
