@@ -36,8 +36,8 @@ Input open_scene(const InputOptions& options) {
   const PoseSource poses{source_of(options.poses)};
   const bool has_pose_file{poses == PoseSource::input && !options.poses.empty() && options.poses != "file"};
   if (options.paths.size() > 1 || !options.calibration.empty() || has_pose_file || !options.disparities.empty() ||
-      options.with_right || !options.depth.empty() || !options.layout.empty()) {
-    throw ConfigError{"A built-in scene brings its own images, calibration and poses: give it alone."};
+      options.with_right || !options.depth.empty() || !options.layout.empty() || !options.cameras.empty()) {
+    throw ConfigError{"A built-in scene brings its own cameras, images, calibration and poses: give it alone."};
   }
   auto scene{std::make_unique<scenes::Scene>(scenes::parse_scene(options.paths.front()))};
   Input input;
@@ -80,6 +80,7 @@ Input open_input(const InputOptions& options) {
   if (options.depth_scale > 0) arguments.depth_units_per_m = options.depth_scale;
   if (!options.mask.empty()) arguments.mask = options.mask;
   if (!options.labels.empty()) arguments.labels = options.labels;
+  arguments.cameras = options.cameras;
   if (!options.layout.empty()) {
     arguments.layout = options.layout == "side-by-side" ? io::ImageLayout::side_by_side : io::ImageLayout::top_bottom;
   }
@@ -117,8 +118,8 @@ io::RunInput describe(const Input& input, const InputOptions& options) {
   if (input.recording == nullptr) return {"arrays", {"arrays"}, options.poses, "", ""};
   const io::RecordingContents& contents{input.recording->contents()};
   const bool has_odometry{input.poses == PoseSource::odometry};
-  if (!input.recording->other_cameras().empty()) {  // each camera's folder has its files
-    return {contents.kind, std::move(paths), has_odometry ? "odometry" : options.poses, "", "", ""};
+  if (!options.cameras.empty() || !input.recording->other_cameras().empty()) {  // each camera's folder has its files
+    return {contents.kind, std::move(paths), has_odometry ? "odometry" : options.poses, "", "", "", options.cameras};
   }
   return {contents.kind,
           std::move(paths),

@@ -29,9 +29,9 @@ class Command;
 /// INPUT on the command line, and what the user says about it.
 struct InputOptions {
   std::vector<std::string> paths;  ///< a folder, a bag, LEFT and RIGHT, or one "scene:…"
-  std::string calibration;
-  std::string poses;  ///< "", "file", "none", "odometry" or a file's name
-  std::string disparities;
+  std::string calibration{};
+  std::string poses{};  ///< "", "file", "none", "odometry" or a file's name
+  std::string disparities{};
   std::string depth{};
   double depth_scale{0};  ///< 0: found
   std::string mask{};
@@ -42,7 +42,8 @@ struct InputOptions {
   double pair_tolerance_ms{10};
   std::string grid_topic{};
   std::string labels{};
-  bool with_right{false};  ///< beside `disparities`
+  bool with_right{false};              ///< beside `disparities`
+  std::vector<std::string> cameras{};  ///< folders or namespaces of several stereo pairs
 };
 
 void add_input_options(Command command, InputOptions& options);

@@ -28,6 +28,9 @@ void add_input_options(Command command, InputOptions& options) {
       "--calibration FILE", options.calibration,
       "Calibration file instead of the input's own: calibration.yaml, or one of KITTI, ROS, OpenCV, Kalibr, "
       "EuRoC, ORB-SLAM, Basalt, DepthAI, ZED, MATLAB, VINS-Fusion, Middlebury and others.");
+  command.add_option("--cameras A,B,...", options.cameras,
+                     "Several stereo pairs of one vehicle, which make one grid: folders in INPUT, or namespaces of a "
+                     "bag or of ROS 2. Default: the list in calibration.yaml, else one pair.");
   command.add_option("--poses none|file|odometry|FILE", options.poses,
                      "Source of poses. 'file': the input's own pose file; 'odometry': visual odometry; "
                      "'none': a static vehicle; or another pose file. Default: file if there is one, else "

@@ -53,7 +53,8 @@ std::shared_ptr<Recording> open(const Paths& paths, const std::optional<Path>& c
                                 const std::optional<Path>& mask, const std::optional<Path>& labels,
                                 const std::string& layout, const std::string& left_topic,
                                 const std::string& right_topic, std::optional<double> pair_tolerance_ms,
-                                const std::string& grid_topic, const std::string& frames) {
+                                const std::string& grid_topic, const std::string& frames,
+                                const std::vector<std::string>& cameras) {
   app::InputOptions options;
   options.paths = texts_of(paths);
   options.calibration = text_of(calibration);
@@ -69,6 +70,7 @@ std::shared_ptr<Recording> open(const Paths& paths, const std::optional<Path>& c
   options.right_topic = right_topic;
   options.pair_tolerance_ms = pair_tolerance_ms.value_or(options.pair_tolerance_ms);
   options.grid_topic = grid_topic;
+  options.cameras = cameras;
   return opened(std::move(options), frames);
 }
 
@@ -205,7 +207,7 @@ void bind_recording(nb::module_& module) {
              nb::arg("depth") = nb::none(), nb::arg("depth_scale") = nb::none(), nb::arg("mask") = nb::none(),
              nb::arg("labels") = nb::none(), nb::arg("layout") = "", nb::arg("left_topic") = "",
              nb::arg("right_topic") = "", nb::arg("pair_tolerance_ms") = nb::none(), nb::arg("grid_topic") = "",
-             nb::arg("frames") = "", nb::call_guard<ReleasedGil>(),
+             nb::arg("frames") = "", nb::arg("cameras") = std::vector<std::string>{}, nb::call_guard<ReleasedGil>(),
              "Opens what stereogrid run takes as INPUT: a folder, a bag of ROS 2, a list of left and right image or "
              "video, or \"scene:...\". The arguments are the options of stereogrid run; frames: \"FIRST:LAST\", both "
              "included. Raises InputError, ConfigError.");

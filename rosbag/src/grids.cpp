@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "images.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/messages/cdr.hpp"
@@ -173,6 +174,53 @@ void set_certainty(io::PlacedGrid& grid, std::span<const std::byte> cdr, const s
     float& confidence{grid.cells.confidence.data()[i]};
     confidence = confidence > 0 ? share : 0;
   }
+}
+
+std::string frame_of_first(const mcap::Bag& bag, const std::string& topic) {
+  const auto cursor{bag.messages({.topics = {topic}})};
+  while (const mcap::Message* const message{cursor->next()}) {
+    try {
+      return frame_id_of(message->data);
+    } catch (const InputError&) {
+      continue;
+    }
+  }
+  return {};
+}
+
+void find_grids(io::ForeignRecording& found, BagImages& images, const mcap::Bag& bag, const std::string& asked,
+                const std::string& camera_frame, const std::string& world_frame) {
+  BagGrids grids{choose_grid_topics(bag.topics(), asked), {}};
+  found.why_no_grids = grids.topics.reason;
+  if (grids.topics.cells.empty()) return;
+  grids.cells = find_shots(bag, grids.topics.cells).shots;
+  if (!grids.topics.certainty.empty()) grids.certainty = find_shots(bag, grids.topics.certainty).shots;
+  found.grids_source = io::printable(grids.topics.cells);
+  if (!grids.certainty.empty()) found.grids_source += " with " + io::printable(grids.topics.certainty);
+  const std::string frame{frame_of_first(bag, grids.topics.cells)};
+  TransformBuffer transforms;
+  add_static_transforms(transforms, bag);
+  const bool is_of_image{frame == camera_frame};  // the axes are a body's all the same
+  const auto camera{is_of_image ? std::nullopt : camera_in_vehicle(transforms, frame, camera_frame)};
+  grids.is_in_world = !camera && !frame.empty() && frame == world_frame && found.poses.size() > 1;
+  if (!grids.is_in_world) {
+    const Pose2 place{found.calibration ? camera_place(found.calibration->rig) : Pose2{}};
+    grids.base_from_grid = place * (camera ? inverse(*camera) : Pose2{});
+  }
+  if (const bool is_fixed{frame == "map" || frame == "odom" || frame == world_frame};
+      is_fixed && !camera && !grids.is_in_world) {
+    found.grids_source.clear();
+    found.why_no_grids = fmt::format("has grids in '{}' on {}, but no poses in that frame", io::printable(frame, 60),
+                                     io::printable(grids.topics.cells));
+    return;
+  }
+  found.grids_source += fmt::format(" in '{}'", io::printable(frame, 60));
+  if (!camera && !grids.is_in_world) {
+    found.grids_source += ", taken as that of the point below the left camera, x ahead";
+    if (!is_of_image)
+      found.grids_source += fmt::format("; /tf_static does not connect it with '{}'", io::printable(camera_frame, 60));
+  }
+  images.set_grids(std::move(grids));
 }
 
 }  // namespace stereogrid::rosbag

@@ -73,4 +73,12 @@ class BagImages final : public io::ImageStore {
   mutable std::mutex mutex_;  // a bag is used by one thread at a time
 };
 
+/// frame_id of the first message that can be decoded; "": none.
+[[nodiscard]] std::string frame_of_first(const mcap::Bag& bag, const std::string& topic);
+
+/// Finds grids of another program, and where they lie: by /tf_static, or in the frame of the poses. `asked`: as for
+/// choose_grid_topics().
+void find_grids(io::ForeignRecording& found, BagImages& images, const mcap::Bag& bag, const std::string& asked,
+                const std::string& camera_frame, const std::string& world_frame);
+
 }  // namespace stereogrid::rosbag

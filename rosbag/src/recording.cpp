@@ -66,19 +66,6 @@ std::vector<ShotPair> pairs_of(const std::string& name, const ImageTopics& topic
                    "Trigger the cameras together, or set --pair-tolerance-ms higher."};
 }
 
-/// frame_id of the first message that can be decoded; "": none.
-std::string frame_of_first(const mcap::Bag& bag, const std::string& topic) {
-  const auto cursor{bag.messages({.topics = {topic}})};
-  while (const mcap::Message* const message{cursor->next()}) {
-    try {
-      return frame_id_of(message->data);
-    } catch (const InputError&) {
-      continue;
-    }
-  }
-  return {};
-}
-
 /// Moves poses from their frame to the left camera, by /tf_static.
 void move_to_camera(io::ForeignRecording& found, BagPoses& poses, const mcap::Bag& bag,
                     const std::string& camera_frame) {
@@ -98,46 +85,20 @@ void move_to_camera(io::ForeignRecording& found, BagPoses& poses, const mcap::Ba
                   io::printable(poses.frame, 60), camera->x_m, camera->y_m);
 }
 
-/// Grids of another program, and where they lie: by /tf_static, or in the frame of the poses.
-void find_grids(io::ForeignRecording& found, BagImages& images, const mcap::Bag& bag, const std::string& asked,
-                const std::string& camera_frame, const std::string& world_frame) {
-  BagGrids grids{choose_grid_topics(bag.topics(), asked), {}};
-  found.why_no_grids = grids.topics.reason;
-  if (grids.topics.cells.empty()) return;
-  grids.cells = find_shots(bag, grids.topics.cells).shots;
-  if (!grids.topics.certainty.empty()) grids.certainty = find_shots(bag, grids.topics.certainty).shots;
-  found.grids_source = io::printable(grids.topics.cells);
-  if (!grids.certainty.empty()) found.grids_source += " with " + io::printable(grids.topics.certainty);
-  const std::string frame{frame_of_first(bag, grids.topics.cells)};
-  TransformBuffer transforms;
-  add_static_transforms(transforms, bag);
-  const bool is_of_image{frame == camera_frame};  // the axes are a body's all the same
-  const auto camera{is_of_image ? std::nullopt : camera_in_vehicle(transforms, frame, camera_frame)};
-  grids.is_in_world = !camera && !frame.empty() && frame == world_frame && found.poses.size() > 1;
-  if (camera) grids.base_from_grid = inverse(*camera);
-  if (const bool is_fixed{frame == "map" || frame == "odom" || frame == world_frame};
-      is_fixed && !camera && !grids.is_in_world) {
-    found.grids_source.clear();
-    found.why_no_grids = fmt::format("has grids in '{}' on {}, but no poses in that frame", io::printable(frame, 60),
-                                     io::printable(grids.topics.cells));
-    return;
-  }
-  found.grids_source += fmt::format(" in '{}'", io::printable(frame, 60));
-  if (!camera && !grids.is_in_world) {
-    found.grids_source += ", taken as that of the point below the left camera, x ahead";
-    if (!is_of_image)
-      found.grids_source += fmt::format("; /tf_static does not connect it with '{}'", io::printable(camera_frame, 60));
-  }
-  images.set_grids(std::move(grids));
-}
+/// Names of frames of TF.
+struct BagFrames {
+  std::string camera;
+  std::string vehicle{"base_link"};  ///< or the one that the poses are of
+  std::string world;                 ///< frame of the poses; "": none
+};
 
-/// Poses of the bag, unless most of them were dropped: the rest of such a topic has gaps.
-/// Returns the frame that they are in.
-std::string take_poses(io::ForeignRecording& found, const mcap::Bag& bag, const std::string& wanted,
-                       const std::string& left_topic) {
-  if (!wanted.empty() && wanted != "file") return {};
+/// Sets poses of the bag, unless most of them were dropped: the rest of such a topic has gaps. `is_placed`: the
+/// camera has its place in the vehicle; else the poses are moved to it.
+void take_poses(io::ForeignRecording& found, const mcap::Bag& bag, const std::string& wanted, bool is_placed,
+                BagFrames& frames) {
+  if (!wanted.empty() && wanted != "file") return;
   BagPoses poses{poses_of(bag)};
-  if (poses.source.empty()) return {};
+  if (poses.source.empty()) return;
   const PoseTally& tally{poses.tally};
   const std::string dropped{tally.text()};
   found.poses_source = poses.source + (dropped.empty() ? "" : ", " + dropped);
@@ -148,7 +109,8 @@ std::string take_poses(io::ForeignRecording& found, const mcap::Bag& bag, const 
         are_used ? "The others are used, interpolated over short gaps." : "No pose of this topic is used."));
   }
   if (are_used) {
-    move_to_camera(found, poses, bag, frame_of_first(bag, left_topic));
+    if (!is_placed) move_to_camera(found, poses, bag, frames.camera);
+    frames.vehicle = poses.frame;
     found.poses = std::move(poses.poses);
     if (!poses.others.empty()) found.notes.push_back(fmt::format("poses: not taken:{}", poses.others));
   } else if (tally.poses == 0) {
@@ -157,16 +119,42 @@ std::string take_poses(io::ForeignRecording& found, const mcap::Bag& bag, const 
   } else if (dropped.empty()) {
     found.poses_source += ": too few poses, two stamps are needed";
   }
-  return poses.world_frame;
+  frames.world = poses.world_frame;
 }
+
+bool is_of_camera(const mcap::Topic& topic) {
+  return topic.type.starts_with("sensor_msgs/msg/") &&
+         (topic.type.ends_with("Image") || topic.type.ends_with("CameraInfo"));
+}
+
+/// A bag with the images and CameraInfo of one namespace alone.
+class OneCamera final : public mcap::Bag {
+ public:
+  OneCamera(std::unique_ptr<mcap::Bag> bag, const std::string& name_space) : bag_{std::move(bag)} {
+    std::ranges::copy_if(bag_->topics(), std::back_inserter(topics_), [&](const mcap::Topic& topic) {
+      const bool is_seen{is_of_camera(topic) || depth_kind_of(topic, {})};
+      return !is_seen || topic.name.starts_with(name_space + "/");
+    });
+  }
+
+  [[nodiscard]] const std::vector<mcap::Topic>& topics() const override { return topics_; }
+  [[nodiscard]] std::uint64_t first_ns() const override { return bag_->first_ns(); }
+  [[nodiscard]] std::uint64_t last_ns() const override { return bag_->last_ns(); }
+  [[nodiscard]] std::unique_ptr<mcap::MessageCursor> messages(const mcap::Selection& selection) const override {
+    return bag_->messages(selection);
+  }
+  [[nodiscard]] std::vector<std::string> damage() const override { return bag_->damage(); }
+
+ private:
+  std::unique_ptr<mcap::Bag> bag_;
+  std::vector<mcap::Topic> topics_;
+};
 
 /// Throws InputError. Topics are compared in pairs: O(n²).
 void check_number_of_topics(const std::string& name, const std::vector<mcap::Topic>& topics) {
   constexpr std::ptrdiff_t most_topics{1000};
-  const auto of_cameras{std::ranges::count_if(topics, [](const mcap::Topic& topic) {
-    return topic.message_count > 0 && topic.type.starts_with("sensor_msgs/msg/") &&
-           (topic.type.ends_with("Image") || topic.type.ends_with("CameraInfo"));
-  })};
+  const auto of_cameras{std::ranges::count_if(
+      topics, [](const mcap::Topic& topic) { return topic.message_count > 0 && is_of_camera(topic); })};
   if (of_cameras <= most_topics) return;
   throw InputError{name,
                    fmt::format("has images and CameraInfo on {} topics (allowed up to {}).", of_cameras, most_topics),
@@ -244,7 +232,37 @@ SecondTopic layout_of(const mcap::Bag& bag, const std::string& name, const Image
       "TOPIC."};
 }
 
+/// Places the camera by /tf_static. Throws InputError. `bag_name`, `images`: the left images' topic; for messages.
+void place_in_vehicle(io::ForeignRecording& found, const mcap::Bag& bag, const BagFrames& frames,
+                      const std::string& bag_name, const std::string& images) {
+  TransformBuffer transforms;
+  add_static_transforms(transforms, bag);
+  const std::string place{
+      place_camera(*found.calibration, transforms, frames.vehicle, frames.camera, bag_name + ", " + images)};
+  found.notes.push_back(images + ": " + place);
+}
+
+/// Throws InputError: there are no images below the namespace.
+std::unique_ptr<mcap::Bag> bag_of_camera(std::unique_ptr<mcap::Bag> bag, const std::string& name,
+                                         const std::string& name_space) {
+  std::vector<std::string> images;
+  for (const mcap::Topic& topic : bag->topics()) {
+    if (holds_images(topic)) images.push_back(io::printable(topic.name));
+  }
+  auto camera{std::make_unique<OneCamera>(std::move(bag), name_space)};
+  if (std::ranges::any_of(camera->topics(), holds_images)) return camera;
+  throw InputError{name,
+                   fmt::format("has no images below {}. There are: {}.", io::printable(name_space),
+                               images.empty() ? "none" : fmt::format("{}", fmt::join(images, ", "))),
+                   "Name the stereo pairs' namespaces: --cameras /front,/rear."};
+}
+
 }  // namespace
+
+std::string namespace_of(const std::string& root, std::string camera) {
+  while (camera.ends_with('/')) camera.pop_back();
+  return camera.starts_with('/') ? camera : root + '/' + camera;
+}
 
 bool is_bag(const fs::path& path) {
   if (!io::is_folder(path)) return is_bag_file(path);
@@ -260,6 +278,8 @@ std::unique_ptr<io::Recording> bag_recording(std::unique_ptr<mcap::Bag> bag, con
                                              const BagOptions& options) {
   const fs::path& path{arguments.paths.front()};
   const std::string name{io::printable_path(path)};
+  const bool is_placed{!arguments.cameras.empty()};
+  if (is_placed) bag = bag_of_camera(std::move(bag), name, arguments.cameras.front());
   const mcap::Bag& opened{*bag};
   check_number_of_topics(name, bag->topics());
   ImageTopics topics{choose_image_topics(name, bag->topics(), options.topics, encodings_of(*bag))};
@@ -287,15 +307,32 @@ std::unique_ptr<io::Recording> bag_recording(std::unique_ptr<mcap::Bag> bag, con
   if (!arguments.calibration) {
     found.calibration = calibration_of(opened, name, topics, found.width_px, found.height_px);
   }
-  const std::string world_frame{take_poses(found, opened, arguments.poses, topics.left)};
-  find_grids(found, *images, opened, options.grid_topic, frame_of_first(opened, topics.left), world_frame);
+  BagFrames frames;
+  frames.camera = frame_of_first(opened, topics.left);
+  take_poses(found, opened, arguments.poses, is_placed, frames);
+  if (is_placed) place_in_vehicle(found, opened, frames, name, io::printable(topics.left));
+  find_grids(found, *images, opened, options.grid_topic, frames.camera, frames.world);
   for (std::string& sentence : opened.damage()) found.warnings.push_back(std::move(sentence));
   found.images = std::move(images);
   return io::open_recording(arguments, std::move(found));
 }
 
 std::unique_ptr<io::Recording> open_recording(const io::InputArguments& arguments, const BagOptions& options) {
-  return bag_recording(mcap::open_bag(arguments.paths.front()), arguments, options);
+  const auto open = [&](const io::InputArguments& one) {
+    return bag_recording(mcap::open_bag(one.paths.front()), one, options);
+  };
+  if (arguments.cameras.empty()) return open(arguments);
+  if (arguments.calibration || arguments.mask || !options.topics.left.empty() || !options.topics.right.empty()) {
+    throw ConfigError{
+        "--calibration, --mask, --left-topic and --right-topic are of one camera, but --cameras lists namespaces."};
+  }
+  std::vector<std::string> namespaces;
+  for (const std::string& camera : arguments.cameras) namespaces.push_back(namespace_of("", camera));
+  return io::open_cameras(namespaces, [&](const std::string& name_space) {
+    io::InputArguments one{arguments};
+    one.cameras = {name_space};
+    return open(one);
+  });
 }
 
 }  // namespace stereogrid::rosbag

@@ -123,7 +123,8 @@ ImageTopics found(const std::string& bag, const std::vector<Topic>& topics, cons
                      say_which};
   }
   if (cameras.size() > 1) {
-    throw InputError{bag, fmt::format("holds images of more than one pair of cameras: {}.", list), say_which};
+    throw InputError{bag, fmt::format("holds images of more than one pair of cameras: {}.", list),
+                     std::string{say_which} + " Or make one grid of all: --cameras /front,/rear (their namespaces)."};
   }
   const Topic* const best{*std::ranges::max_element(candidates, {}, worth)};
   return {best->name, right_of(*best, topics)->name};

@@ -202,9 +202,43 @@ bool set_extrinsics(Rig& rig, const cv::Affine3d& ground_from_camera) {
   const cv::Matx44d& m{ground_from_camera.matrix};
   if (m(2, 3) <= 0 || std::abs(m(2, 2)) >= steepest) return false;
   rig.camera_height_m = m(2, 3);
-  rig.camera_pitch_rad = std::asin(std::clamp(-m(2, 2), -1.0, 1.0));
-  rig.camera_roll_rad = std::atan2(-m(2, 0), -m(2, 1));
+  rig.camera_pitch_rad = std::asin(std::clamp(-m(2, 2), -1.0, 1.0)) + 0.0;  // without −0
+  rig.camera_roll_rad = std::atan2(-m(2, 0), -m(2, 1)) + 0.0;
   return true;
+}
+
+std::string ground_frame(TransformBuffer& transforms, const std::string& vehicle_frame,
+                         const std::string& camera_frame) {
+  constexpr const char* on_the_road{"base_footprint"};
+  return transforms.are_connected(on_the_road, camera_frame, std::chrono::milliseconds{0}) ? on_the_road
+                                                                                           : vehicle_frame;
+}
+
+std::string place_camera(io::Calibration& calibration, TransformBuffer& transforms, const std::string& vehicle_frame,
+                         const std::string& camera_frame, const std::string& images) {
+  constexpr double degrees_per_radian{180 / 3.14159265358979323846};
+  const std::optional<Pose2> place{camera_in_vehicle(transforms, vehicle_frame, camera_frame)};
+  if (!place) {
+    throw InputError{
+        images,
+        fmt::format("/tf_static does not connect {} with '{}', the frame of these images: the camera's place is "
+                    "unknown.",
+                    io::printable(vehicle_frame, 60), io::printable(camera_frame, 60)),
+        "Publish the robot's description (robot_state_publisher) or static_transform_publisher, and record /tf_static; "
+        "or extract the images into folders, with a mount in each calibration.yaml."};
+  }
+  Rig& rig{calibration.rig};
+  rig.camera_x_m = place->x_m;
+  rig.camera_y_m = place->y_m;
+  rig.camera_yaw_rad = place->yaw_rad;
+  std::string text{fmt::format("{:.2f} m ahead, {:.2f} m and {:.1f}° to the left in {}", rig.camera_x_m, rig.camera_y_m,
+                               rig.camera_yaw_rad * degrees_per_radian, io::printable(vehicle_frame, 60))};
+  const std::string ground{ground_frame(transforms, vehicle_frame, camera_frame)};
+  const bool is_above{set_extrinsics(rig, transforms.newest(ground, camera_frame, std::chrono::milliseconds{0}))};
+  calibration.has_extrinsics = is_above && ground == "base_footprint";
+  if (!is_above) return text + ", not above the road: height, pitch and roll are estimated";
+  return text + fmt::format(", {:.2f} m above {}{}", rig.camera_height_m, io::printable(ground, 60),
+                            calibration.has_extrinsics ? "" : " (checked against the road)");
 }
 
 }  // namespace stereogrid::rosbag

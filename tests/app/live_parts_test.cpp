@@ -254,6 +254,41 @@ TEST(TransformBuffer, GivesExtrinsics) {
   EXPECT_FALSE(rosbag::set_extrinsics(placed, cv::Affine3d{})) << "looks up";
 }
 
+TEST(TransformBuffer, PlacesACameraInTheRobot) {
+  TransformBuffer buffer;
+  TransformStamped left{transform("base_link", "camera_link", 0, -0.2)};  // heading to the left, 0.1 rad down
+  left.transform.translation.y = 0.3;
+  const double turned{std::numbers::sqrt2 / 2};
+  left.transform.rotation = {-turned * std::sin(0.05), turned * std::sin(0.05), turned * std::cos(0.05),
+                             turned * std::cos(0.05)};
+  TransformStamped optical{mount(0)};
+  buffer.add({{left, optical}}, true);
+  io::Calibration calibration;
+  EXPECT_THAT(rosbag::place_camera(calibration, buffer, "base_link", "optical", "/left"),
+              HasSubstr("not above the road"))
+      << "of base_link, which is as high";
+  EXPECT_NEAR(calibration.rig.camera_x_m, -0.2, 1e-9);
+  EXPECT_NEAR(calibration.rig.camera_y_m, 0.3, 1e-9);
+  EXPECT_NEAR(calibration.rig.camera_yaw_rad, std::numbers::pi / 2, 1e-9);
+  EXPECT_FALSE(calibration.has_extrinsics);
+  left.transform.translation.z = 0.5;
+  buffer.add({{left}}, true);
+  EXPECT_THAT(rosbag::place_camera(calibration, buffer, "base_link", "optical", "/left"),
+              HasSubstr("0.50 m above base_link (checked against the road)"));
+  EXPECT_FALSE(calibration.has_extrinsics) << "base_link may be above the road";
+  TransformStamped base{transform("base_footprint", "base_link", 0, 0)};
+  base.transform.translation.z = 0.4;
+  buffer.add({{base}}, true);
+  EXPECT_THAT(rosbag::place_camera(calibration, buffer, "base_link", "optical", "/left"),
+              HasSubstr("-0.20 m ahead, 0.30 m and 90.0° to the left in base_link, 0.90 m above base_footprint"));
+  EXPECT_TRUE(calibration.has_extrinsics);
+  EXPECT_NEAR(calibration.rig.camera_height_m, 0.9, 1e-9);
+  EXPECT_NEAR(calibration.rig.camera_pitch_rad, 0.1, 1e-9);
+  EXPECT_NEAR(calibration.rig.camera_roll_rad, 0, 1e-9);
+  EXPECT_THAT([&] { (void)rosbag::place_camera(calibration, buffer, "base_link", "rear", "/rear/image"); },
+              ThrowsMessage<InputError>(HasSubstr("/rear/image: /tf_static does not connect base_link with 'rear'")));
+}
+
 /// Along x, a metre each 100 ms.
 io::StampedPose pose_at(std::int64_t stamp_ms) {
   return {stamp_ms * ms, {static_cast<double>(stamp_ms) / 100, 0, 0}};

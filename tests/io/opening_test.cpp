@@ -68,7 +68,7 @@ TEST_F(Opening, CamerasAreFoldersOfOneVehicle) {
   put(folder / "calibration.yaml", "cameras: [front, ./front/]\n");
   expect_refused({"front twice"});
   put(folder / "calibration.yaml", "cameras: []\n");
-  expect_refused({"lists 0 folders", "1 to 8"});
+  expect_refused({"0 stereo pairs", "1 to 8"});
   put(folder / "calibration.yaml", "cameras: [{camera_name: left}, {camera_name: right}]\n");  // ost.txt as YAML
   expect_refused({"no stereo recording"});
 }

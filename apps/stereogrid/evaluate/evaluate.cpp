@@ -22,15 +22,20 @@ bool has_cell_truth(const Input& input) {
 }
 
 InputOptions input_options(const EvaluateOptions& options, const io::RunReader& run) {
-  if (!options.input.empty()) return {{options.input}, "", options.input.starts_with("scene:") ? "" : "none", ""};
   const io::RunInput& from{run.input()};
+  if (options.input.starts_with("scene:")) return {.paths = {options.input}};
+  if (!options.input.empty()) return {.paths = {options.input}, .poses = "none", .cameras = from.cameras};
   for (const std::string& path : from.paths) {
     if (path.starts_with("scene:") || io::is_there(path)) continue;
     throw InputError{path, "is not there any more; the run was made from it.",
                      "Say where it is now: stereogrid evaluate " + options.run + " INPUT."};
   }
   // the run's own poses stand in its frames; where the input's are does not matter any more
-  return {from.paths, from.calibration, from.kind == "scene" ? "" : "none", from.disparities, ""};
+  return {.paths = from.paths,
+          .calibration = from.calibration,
+          .poses = from.kind == "scene" ? "" : "none",
+          .disparities = from.disparities,
+          .cameras = from.cameras};
 }
 
 TruthKind kind_of(const std::string& truth, const Input& input) {

@@ -98,7 +98,11 @@ GridLayers sampled(const GridLayers& vehicle, const Pose2& world_from_vehicle) {
 /// Input of a run; none: it is not there any more.
 std::optional<Input> input_of(const io::RunInput& from) {
   try {
-    return open_input({from.paths, from.calibration, from.kind == "scene" ? "" : "none", from.disparities, ""});
+    return open_input({.paths = from.paths,
+                       .calibration = from.calibration,
+                       .poses = from.kind == "scene" ? "" : "none",
+                       .disparities = from.disparities,
+                       .cameras = from.cameras});
   } catch (const InputError&) {
     return std::nullopt;
   } catch (const DeviceError&) {

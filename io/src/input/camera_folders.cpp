@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "input/camera_folders.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 #include <utility>
 
 #include "input/calibration/yaml_group.hpp"
+#include "input/recording_images.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/paths.hpp"
 #include "stereogrid/io/text.hpp"
@@ -16,32 +15,55 @@ namespace stereogrid::io {
 
 namespace fs = std::filesystem;
 
-namespace {
-
-/// Name of the camera of a folder (PipelineOptions::camera_names).
-std::string camera_name(const fs::path& folder) {
-  std::string name{folder.filename().string()};
-  std::ranges::replace_if(
-      name, [](unsigned char letter) { return letter > 127 || std::isalnum(letter) == 0; }, '_');
-  return name.empty() || std::isalpha(static_cast<unsigned char>(name.front())) == 0 ? "camera" + name : name;
+void check_cameras(std::span<const std::string> cameras) {
+  constexpr std::size_t most_cameras{8};
+  if (cameras.empty() || cameras.size() > most_cameras)
+    throw ConfigError{fmt::format("cameras: {} stereo pairs (allowed 1 to {}).", cameras.size(), most_cameras)};
+  for (const std::string& camera : cameras) {
+    if (std::ranges::count(cameras, camera) > 1)
+      throw ConfigError{fmt::format("cameras: lists {} twice.", printable(camera))};
+  }
 }
 
-/// Names of the folders' cameras, numbered where they would be equal.
-std::vector<std::string> camera_names(const std::vector<fs::path>& folders) {
+std::vector<std::string> camera_names(std::span<const std::string> cameras) {
   std::vector<std::string> names;
-  for (const fs::path& folder : folders) {
-    std::string name{camera_name(folder)};
+  for (const std::string& camera : cameras) {
+    std::string name{fs::path{camera}.filename().string()};
+    std::ranges::replace_if(
+        name, [](unsigned char letter) { return letter > 127 || std::isalnum(letter) == 0; }, '_');
+    if (name.empty() || std::isalpha(static_cast<unsigned char>(name.front())) == 0) name.insert(0, "camera");
     while (std::ranges::count(names, name) > 0) name += "_" + std::to_string(names.size());
     names.push_back(std::move(name));
   }
   return names;
 }
 
-}  // namespace
+std::unique_ptr<Recording> open_cameras(std::span<const std::string> cameras, const OpenCamera& open) {
+  check_cameras(cameras);
+  std::unique_ptr<Recording> all{open(cameras.front())};
+  if (cameras.size() == 1) return all;
+  const std::vector<std::string> names{camera_names(cameras)};
+  all->set_camera_name(names.front());
+  for (std::size_t i{1}; i < cameras.size(); ++i) {
+    std::unique_ptr<Recording> camera{open(cameras[i])};
+    camera->set_camera_name(names[i]);
+    all->add_camera(std::move(camera));
+  }
+  return all;
+}
 
-std::vector<fs::path> cameras_in(const InputArguments& arguments) {
-  if (arguments.paths.size() != 1) return {};
-  const fs::path file{arguments.paths.front() / "calibration.yaml"};
+namespace {
+
+std::vector<std::string> normalised(const fs::path& root, const std::vector<fs::path>& folders) {
+  std::vector<std::string> names;
+  for (const fs::path& folder : folders)
+    names.push_back((root / folder / "").lexically_normal().parent_path().string());
+  return names;
+}
+
+/// 'cameras' of calibration.yaml; empty: another input.
+std::vector<std::string> listed_cameras(const fs::path& folder) {
+  const fs::path file{folder / "calibration.yaml"};
   try {
     if (!is_there(file)) return {};
   } catch (const InputError&) {  // named where the folder is looked at
@@ -50,48 +72,53 @@ std::vector<fs::path> cameras_in(const InputArguments& arguments) {
   const YamlGroup root{read_yaml(file)};
   if (!root.has_list("cameras")) return {};
   root.need_only({"cameras"});
-  std::vector<fs::path> folders{root.file_names("cameras")};
-  if (folders.empty() || folders.size() > 8)
-    root.fail(fmt::format("lists {} folders in 'cameras'; 1 to 8 are possible.", folders.size()));
-  for (fs::path& folder : folders) folder = (arguments.paths.front() / folder / "").lexically_normal().parent_path();
-  for (const fs::path& folder : folders) {
-    if (std::ranges::count(folders, folder) > 1)
-      root.fail(fmt::format("lists {} twice in 'cameras'.", printable_path(folder)));
+  const std::vector<std::string> folders{normalised(folder, root.file_names("cameras"))};
+  try {
+    check_cameras(folders);
+  } catch (const ConfigError& error) {
+    root.fail(error.what());
   }
   return folders;
 }
 
-std::unique_ptr<Recording> open_cameras(InputArguments arguments, const std::vector<fs::path>& folders) {
+std::unique_ptr<Recording> open_camera(InputArguments arguments, const fs::path& folder, bool is_alone) {
+  arguments.paths = {folder};
+  if (!listed_cameras(folder).empty()) {
+    throw InputError{printable_path(folder), "lists cameras itself.",
+                     "Name the folders of all stereo pairs in one calibration.yaml."};
+  }
+  if (const fs::path file{folder / "calibration.yaml"}; is_there(file)) arguments.calibration = file;
+  std::unique_ptr<Recording> camera{open_recording(arguments)};
+  if (!is_alone && !camera->contents().calibration.has_extrinsics && camera_place(camera->rig()) == Pose2{}) {
+    throw InputError{printable_path(camera->contents().calibration_file),
+                     "has no mount: where this camera is in the vehicle is unknown.",
+                     "Give calibration.yaml with mount: {camera_x_m, camera_y_m, camera_yaw_rad, camera_height_m}; "
+                     "'from' names another calibration."};
+  }
+  return camera;
+}
+
+}  // namespace
+
+std::unique_ptr<Recording> open_camera_folders(InputArguments arguments) {
+  if (arguments.paths.size() != 1) {
+    if (!arguments.cameras.empty()) throw ConfigError{"cameras: are folders in one folder, INPUT."};
+    return nullptr;
+  }
+  const fs::path root{arguments.paths.front()};
+  const std::vector<std::string> asked{std::exchange(arguments.cameras, {})};
+  const std::vector<std::string> folders{asked.empty() ? listed_cameras(root)
+                                                       : normalised(root, {asked.begin(), asked.end()})};
+  if (folders.empty()) return nullptr;
   if (arguments.calibration || arguments.disparities || arguments.depth || arguments.mask || arguments.labels) {
     throw ConfigError{
         "--calibration, --disparities, --depth, --mask and --labels are of one camera: put the files "
         "into the cameras' folders."};
   }
-  const fs::path poses{arguments.paths.front() / "poses.csv"};
+  const fs::path poses{root / "poses.csv"};
   if (arguments.poses.empty() && is_there(poses)) arguments.poses = poses.string();
-  const std::vector<std::string> names{camera_names(folders)};
-  std::unique_ptr<Recording> all;
-  for (std::size_t i{0}; i < folders.size(); ++i) {
-    const fs::path& folder{folders[i]};
-    arguments.paths = {folder};
-    if (!cameras_in(arguments).empty()) {
-      throw InputError{printable_path(folder), "lists cameras itself.",
-                       "Name the folders of all stereo pairs in one calibration.yaml."};
-    }
-    arguments.calibration.reset();
-    if (const fs::path file{folder / "calibration.yaml"}; is_there(file)) arguments.calibration = file;
-    std::unique_ptr<Recording> camera{open_recording(arguments)};
-    if (folders.size() > 1 && !camera->contents().calibration.has_extrinsics &&
-        camera_place(camera->rig()) == Pose2{}) {
-      throw InputError{printable_path(camera->contents().calibration_file),
-                       "has no mount: where this camera is in the vehicle is unknown.",
-                       "Give calibration.yaml with mount: {camera_x_m, camera_y_m, camera_yaw_rad, camera_height_m}; "
-                       "'from' names another calibration."};
-    }
-    if (folders.size() > 1) camera->set_camera_name(names[i]);
-    all ? all->add_camera(std::move(camera)) : void(all = std::move(camera));
-  }
-  return all;
+  return open_cameras(folders,
+                      [&](const std::string& folder) { return open_camera(arguments, folder, folders.size() == 1); });
 }
 
 }  // namespace stereogrid::io

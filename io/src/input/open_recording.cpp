@@ -6,7 +6,6 @@
 #include <iterator>
 
 #include "input/calibration/calibration_forms.hpp"
-#include "input/camera_folders.hpp"
 #include "input/layout/input_layout.hpp"
 #include "input/poses/recording_poses.hpp"
 #include "input/recording_images.hpp"
@@ -65,7 +64,11 @@ void note_calibration(RecordingContents& contents, const fs::path& source) {
                                        contents.calibration.raw ? ", raw pair: rectified on loading" : ""));
   for (const std::string& note : contents.calibration.notes) contents.notes.push_back(note);
   if (!contents.calibration.has_extrinsics) {
-    contents.notes.push_back("extrinsics: not in the calibration; camera height 1.65 m and pitch 0 assumed");
+    const Rig& rig{contents.calibration.rig};
+    contents.notes.push_back(
+        fmt::format("extrinsics: not in the calibration; camera height {:.2f} m and pitch {:g} "
+                    "assumed",
+                    rig.camera_height_m, rig.camera_pitch_rad));
   }
   std::vector<std::string> warnings{oddities(contents.calibration.rig)};
   std::ranges::copy(contents.calibration.warnings, std::back_inserter(warnings));
@@ -344,8 +347,7 @@ std::unique_ptr<Recording> open_recording(const InputArguments& arguments, Forei
 }
 
 std::unique_ptr<Recording> open_recording(const InputArguments& arguments) {
-  if (const std::vector<fs::path> folders{cameras_in(arguments)}; !folders.empty())
-    return open_cameras(arguments, folders);
+  if (auto cameras{open_camera_folders(arguments)}) return cameras;
   if (const auto videos{find_videos(arguments.paths)}) return open_recording_of(*videos, arguments);
   return with_lens(with_turned_images(std::make_unique<Recording>(look_at(arguments))));
 }

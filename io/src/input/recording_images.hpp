@@ -3,6 +3,7 @@
 
 #include <compare>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -49,5 +50,10 @@ struct VideoPair {
 /// Frames, stamps and size. `calibration` decides on the layout where it is not given; empty: none. Throws InputError.
 [[nodiscard]] ForeignRecording open_videos(const VideoPair& videos, std::optional<ImageLayout> layout,
                                            const std::filesystem::path& calibration);
+
+/// The folders of several stereo pairs as one recording: InputArguments::cameras, else 'cameras' of calibration.yaml.
+/// Poses beside the folders are all cameras'. nullptr: another input. Throws InputError for a camera without a mount,
+/// ConfigError for options that belong to one camera.
+[[nodiscard]] std::unique_ptr<Recording> open_camera_folders(InputArguments arguments);
 
 }  // namespace stereogrid::io

@@ -16,12 +16,14 @@ Json json_of(const RunInput& input) {
   if (input.kind == scene) {
     return {{"kind", input.kind}, {"paths", input.paths}, {"poses", input.poses}, {"mask", input.mask}};
   }
-  return {{"kind", input.kind},
-          {"paths", input.paths},
-          {"calibration", input.calibration},
-          {"poses", input.poses},
-          {"disparities", input.disparities},
-          {"mask", input.mask}};
+  Json json{{"kind", input.kind},
+            {"paths", input.paths},
+            {"calibration", input.calibration},
+            {"poses", input.poses},
+            {"disparities", input.disparities},
+            {"mask", input.mask}};
+  if (!input.cameras.empty()) json["cameras"] = input.cameras;
+  return json;
 }
 
 }  // namespace
@@ -79,6 +81,7 @@ RunInput run_input_of(const Json& input) {
   made_from.calibration = input.value("calibration", "");
   made_from.disparities = input.value("disparities", "");
   made_from.mask = input.value("mask", "");
+  made_from.cameras = input.value("cameras", std::vector<std::string>{});
   return made_from;
 }
 

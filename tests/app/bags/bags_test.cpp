@@ -2,6 +2,8 @@
 //
 // Bags of ROS 2 as input: what a plain folder gives, they give, too.
 #include "bag_drive.hpp"
+#include "stereogrid/io/calibration.hpp"
+#include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/poses.hpp"
 #include "stereogrid/messages/geometry_msgs.hpp"
 #include "stereogrid/messages/nav_msgs.hpp"
@@ -216,6 +218,152 @@ TEST_F(Bags, RectifiedImagesComeBeforeRawOnes) {
   }
   write_mcap(bag(), both);
   EXPECT_THAT(run_bag(bag()).errors, HasSubstr("ROS 2 bag, /left/image_rect and /right/image_rect:"));
+}
+
+/// Two cameras, back to back, of a static vehicle as folders, and the same as topics.
+class SeveralPairs : public Bags {
+ protected:
+  static constexpr std::array names{"front", "rear"};
+
+  static fs::path cameras() { return *folder / "cameras"; }
+  static void SetUpTestSuite() {
+    Bags::SetUpTestSuite();
+    run_well({"simulate", "scene:around?cameras=2&turn_deg=180&focal=96&frames=4", "--width", "160", "--height", "100",
+              "--out", cameras(), "--no-truth"});
+  }
+
+  static Rig rig(std::size_t camera) {
+    return io::read_calibration(cameras() / ("camera" + std::to_string(camera)) / "calibration.yaml", 160, 100).rig;
+  }
+  static std::string frame_of(std::size_t camera) { return std::string{names.at(camera)} + "_optical"; }
+
+  static CameraInfo info(std::size_t camera, bool is_right) {
+    const Rig optics{rig(camera)};
+    CameraInfo message{Bags::info(is_right)};
+    message.k = {optics.focal_px, 0, optics.cx_px, 0, optics.focal_px, optics.cy_px, 0, 0, 1};
+    message.p = {optics.focal_px,
+                 0,
+                 optics.cx_px,
+                 is_right ? -optics.focal_px * optics.baseline_m : 0,
+                 0,
+                 optics.focal_px,
+                 optics.cy_px,
+                 0,
+                 0,
+                 0,
+                 1,
+                 0};
+    return message;
+  }
+
+  /// base_footprint → base_link 0.3 m above it → the cameras' optical frames ahead or behind, level.
+  static Entry transforms(std::size_t count = names.size()) {
+    messages::tf2_msgs::TFMessage message;
+    message.transforms.resize(1 + count);
+    message.transforms[0].header.frame_id = "base_footprint";
+    message.transforms[0].child_frame_id = "base_link";
+    message.transforms[0].transform = {{0, 0, 0.25}, {0, 0, 0, 1}};
+    for (std::size_t i{0}; i < count; ++i) {
+      auto& one{message.transforms[i + 1]};
+      one.header.frame_id = "base_link";
+      one.child_frame_id = frame_of(i);
+      one.transform.translation = {rig(i).camera_x_m, rig(i).camera_y_m, rig(i).camera_height_m - 0.25};
+      one.transform.rotation = i == 0 ? messages::geometry_msgs::Quaternion{-0.5, 0.5, -0.5, 0.5}
+                                      : messages::geometry_msgs::Quaternion{-0.5, -0.5, 0.5, 0.5};
+    }
+    return entry("/tf_static", start_ns, message);
+  }
+
+  /// Without transforms. `rear_late_ns`: the rear camera's images after the front camera's.
+  static std::vector<Entry> images(std::int64_t rear_late_ns = 0) {
+    std::vector<Entry> all;
+    for (std::size_t camera{0}; camera < names.size(); ++camera) {
+      const std::string name_space{"/robot/" + std::string{names.at(camera)}};
+      for (const char* side : {"left", "right"}) {
+        const std::string topic{name_space + "/" + side};
+        all.push_back(entry(topic + "/camera_info", start_ns, info(camera, std::string{side} == "right")));
+        for (std::size_t i{0}; i < frames; ++i) {
+          const std::int64_t stamp_ns{stamp_of(i) + (camera == 1 ? rear_late_ns : 0)};
+          const fs::path file{cameras() / ("camera" + std::to_string(camera)) / side /
+                              ("00000" + std::to_string(i) + ".png")};
+          messages::sensor_msgs::Image message{image_of(io::read_grey(file), "mono8")};
+          message.header = header(stamp_ns);
+          message.header.frame_id = frame_of(camera);
+          all.push_back(entry(topic + "/image_rect", start_ns + stamp_ns, message));
+        }
+      }
+    }
+    return all;
+  }
+};
+
+TEST_F(SeveralPairs, GiveWhatTheirFoldersGive) {
+  const fs::path by_folders{*folder / "by_folders"};
+  run_well({"run", cameras(), "--out", by_folders, "--poses", "none", "--set", "grid.rear_m=10"});
+  std::vector<Entry> all{images()};
+  all.push_back(transforms());
+  write_mcap(bag(), all);
+  write_db3(*folder / "several", all);
+  for (const fs::path& recorded : {bag(), *folder / "several"}) {
+    const Outcome done{
+        run_bag(recorded, {"--poses", "none", "--set", "grid.rear_m=10", "--cameras", "/robot/front,robot/rear/"})};
+    ASSERT_EQ(done.exit_code, 0) << done.errors;
+    EXPECT_THAT(done.errors, Not(HasSubstr("camera 1")));
+    expect_equal_runs(by_folders, out());
+    EXPECT_EQ(json_of(out() / "run.json").at("other_rigs"), json_of(by_folders / "run.json").at("other_rigs"));
+    EXPECT_EQ(json_of(out() / "run.json").at("input").at("cameras"), Json({"/robot/front", "robot/rear/"}));
+  }
+  const Outcome folders{
+      run_bag(cameras(), {"--poses", "none", "--set", "grid.rear_m=10", "--cameras", "camera0,camera1"})};
+  ASSERT_EQ(folders.exit_code, 0) << folders.errors;
+  expect_equal_runs(by_folders, out());
+}
+
+TEST_F(SeveralPairs, HaveTheFrameOfTheNearestStamp) {
+  std::vector<Entry> all{images(40'000'000)};
+  all.push_back(transforms());
+  write_mcap(bag(), all);
+  const Outcome done{run_bag(bag(), {"--poses", "none", "--cameras", "/robot/front,/robot/rear"})};
+  ASSERT_EQ(done.exit_code, 0) << done.errors;
+  EXPECT_THAT(done.errors, Not(HasSubstr("have a frame of it within half an interval")));
+  EXPECT_EQ(lines_of(out()).size(), frames);
+}
+
+TEST_F(SeveralPairs, HavePosesOfTheRobot) {
+  std::vector<Entry> all{images()};
+  all.push_back(transforms());
+  for (std::size_t i{0}; i < frames; ++i) {
+    messages::nav_msgs::Odometry odometry;
+    odometry.header = header(stamp_of(i));
+    odometry.child_frame_id = "base_link";
+    odometry.pose.pose.position.x = 0.5 * static_cast<double>(i);
+    odometry.pose.pose.orientation.w = 1;
+    all.push_back(entry("/odom", start_ns + stamp_of(i), odometry));
+  }
+  write_mcap(bag(), all);
+  const Outcome done{run_bag(bag(), {"--cameras", "/robot/front,/robot/rear"})};
+  ASSERT_EQ(done.exit_code, 0) << done.errors;
+  const std::vector<Json> lines = lines_of(out());
+  EXPECT_NEAR(lines.at(3)["pose"]["x_m"].get<double>(), 1.5, 1e-9) << "not of the front camera, 0.5 m ahead";
+}
+
+TEST_F(SeveralPairs, AreRefusedWhereAPlaceOrImagesAreMissing) {
+  std::vector<Entry> all{images()};
+  expect_error(all, "more than one pair of cameras: /robot/front/left/image_rect");
+  expect_error(all, "--cameras /front,/rear");
+  all.push_back(transforms(1));
+  expect_error(all, "/tf_static does not connect base_link with 'rear_optical'",
+               {"--cameras", "/robot/front,/robot/rear"});
+  expect_error(all, "has no images below /robot/side. There are: /robot/front/left/image_rect",
+               {"--cameras", "/robot/side"});
+  for (const auto& [listed, text] : {std::pair{"/a,/b,/a", "lists /a twice"},
+                                     {"/a,a/", "lists /a twice"},
+                                     {"/1,/2,/3,/4,/5,/6,/7,/8,/9", "9 stereo pairs (allowed 1 to 8)"}}) {
+    EXPECT_THAT(errors_of(64, {"info", bag(), "--cameras", listed}), HasSubstr(text));
+  }
+  EXPECT_THAT(errors_of(64, {"info", bag(), "--cameras", "/a,/b", "--left-topic", "/a/left"}),
+              HasSubstr("are of one camera"));
+  EXPECT_EQ(run_tool({"info", "scene:street", "--cameras", "a,b"}).exit_code, 64);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -47,7 +48,9 @@ struct InputArguments {
   std::optional<std::filesystem::path> mask{};         ///< image for read_mask, instead of the calibration's
   std::optional<ImageLayout> layout{};                 ///< images that show both cameras; none: automatic
   std::optional<std::filesystem::path> labels{};       ///< folder of label images; none: labels/ beside the images
-  bool with_right{false};  ///< `disparities` beside the right images, in which features are tracked
+  bool with_right{false};              ///< `disparities` beside the right images, in which features are tracked
+  std::vector<std::string> cameras{};  ///< several stereo pairs: folders in `paths`, or namespaces of a bag; empty: the
+                                       ///< list in calibration.yaml, else one pair
 };
 
 /// A frame of a recording as it lies on the disk.
@@ -221,6 +224,21 @@ class STEREOGRID_EXPORT Recording final : public FrameSource {
 /// ConfigError with external disparities.
 [[nodiscard]] STEREOGRID_EXPORT std::unique_ptr<Recording> open_recording(const InputArguments& arguments,
                                                                           ForeignRecording found);
+
+/// Throws ConfigError: more than eight stereo pairs, or one twice.
+STEREOGRID_EXPORT void check_cameras(std::span<const std::string> cameras);
+
+/// Names of the cameras of folders or namespaces (PipelineOptions::camera_names): their last parts, numbered where they
+/// would be equal.
+[[nodiscard]] STEREOGRID_EXPORT std::vector<std::string> camera_names(std::span<const std::string> cameras);
+
+/// Opens one of InputArguments::cameras, with its place in the vehicle.
+using OpenCamera = std::function<std::unique_ptr<Recording>(const std::string& camera)>;
+
+/// Opens the stereo pairs of one vehicle, 1 to 8, as one recording: the first one, with the others as further cameras.
+/// Throws ConfigError as check_cameras(), and what `open` throws.
+[[nodiscard]] STEREOGRID_EXPORT std::unique_ptr<Recording> open_cameras(std::span<const std::string> cameras,
+                                                                        const OpenCamera& open);
 
 /// Message if left and right seem to be swapped: more of the pair matches at negative disparities than at positive
 /// ones.

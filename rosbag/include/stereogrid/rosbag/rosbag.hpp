@@ -214,12 +214,18 @@ struct BagOptions {
   std::string grid_topic{};  ///< as for choose_grid_topics()
 };
 
-/// Searches the whole bag, whose path is that of the arguments, for the images of both cameras. Throws InputError.
+/// Namespace of one of InputArguments::cameras without a slash at its end: itself if it begins with one, else below
+/// `root`.
+[[nodiscard]] std::string namespace_of(const std::string& root, std::string camera);
+
+/// Searches the whole bag, whose path is that of the arguments, for the images of both cameras. With a namespace in
+/// `arguments.cameras`: for those below it, whose place in the vehicle /tf_static has. Throws InputError.
 [[nodiscard]] std::unique_ptr<io::Recording> bag_recording(std::unique_ptr<mcap::Bag> bag,
                                                            const io::InputArguments& arguments,
                                                            const BagOptions& options);
 
-/// The same of a path that is one. Throws InputError.
+/// The same of a path that is one; of several namespaces in `arguments.cameras`, all as one recording. Throws
+/// InputError; ConfigError as io::open_cameras(), and for options of one camera.
 [[nodiscard]] std::unique_ptr<io::Recording> open_recording(const io::InputArguments& arguments,
                                                             const BagOptions& options);
 

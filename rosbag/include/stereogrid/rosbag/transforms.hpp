@@ -14,6 +14,7 @@
 
 #include "stereogrid/camera.hpp"
 #include "stereogrid/frame.hpp"
+#include "stereogrid/io/calibration.hpp"
 #include "stereogrid/messages/geometry_msgs.hpp"
 
 namespace stereogrid::rosbag {
@@ -70,6 +71,15 @@ class TransformBuffer {
 [[nodiscard]] Pose2 pose_of_camera(const cv::Affine3d& world_from_camera);
 /// Place and heading on the ground of a vehicle (x ahead).
 [[nodiscard]] Pose2 pose_of_vehicle(const cv::Affine3d& world_from_vehicle);
+/// Frame whose z = 0 is the road for a camera: base_footprint (REP 120) where TF connects it, else the vehicle's.
+[[nodiscard]] std::string ground_frame(TransformBuffer& transforms, const std::string& vehicle_frame,
+                                       const std::string& camera_frame);
+/// Places one of several cameras in the vehicle frame: x, y and yaw of its rig; height, pitch and roll above
+/// ground_frame(), which count as measured (Calibration::has_extrinsics) if that is base_footprint. Returns the place
+/// as a text. Throws InputError: TF does not connect the frames. `images`: for error messages.
+[[nodiscard]] std::string place_camera(io::Calibration& calibration, TransformBuffer& transforms,
+                                       const std::string& vehicle_frame, const std::string& camera_frame,
+                                       const std::string& images);
 /// Sets height, pitch and roll from the transform of the left optical frame to a frame on the ground. Returns false and
 /// changes nothing where the camera is not above the ground, or points straight up or down.
 [[nodiscard]] bool set_extrinsics(Rig& rig, const cv::Affine3d& ground_from_camera);

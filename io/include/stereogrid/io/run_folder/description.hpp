@@ -28,10 +28,11 @@ struct FrameRange {
 struct RunInput {
   std::string kind;  ///< "scene": a built-in one
   std::vector<std::string> paths;
-  std::string poses;        ///< recordings: the file, "odometry", "": none; scenes: as requested
-  std::string calibration;  ///< the file; of recordings only, as what follows
-  std::string disparities;  ///< "": none were given
-  std::string mask{};       ///< the file, of scenes, too; "": none
+  std::string poses;                   ///< recordings: the file, "odometry", "": none; scenes: as requested
+  std::string calibration;             ///< the file; of recordings only, as what follows
+  std::string disparities;             ///< "": none were given
+  std::string mask{};                  ///< the file, of scenes, too; "": none
+  std::vector<std::string> cameras{};  ///< InputArguments::cameras
 };
 
 /// Description of a run before its first frame.
