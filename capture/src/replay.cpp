@@ -35,6 +35,8 @@ class Replay final : public LiveSource {
       : source_{source}, options_{options}, thread_{[this](const std::stop_token& stop) { run(stop); }} {}
 
   [[nodiscard]] const Rig& rig() const override { return source_.rig(); }
+  [[nodiscard]] std::span<const Rig> rigs() const override { return source_.rigs(); }
+  [[nodiscard]] std::vector<std::string> camera_names() const override { return source_.camera_names(); }
   [[nodiscard]] std::optional<LiveFrame> next(std::chrono::milliseconds patience) override;
   [[nodiscard]] bool has_ended() const override { return latest_.has_ended() && !has_failure_; }
   [[nodiscard]] std::string fault() const override { return ""; }

@@ -6,7 +6,8 @@
 namespace stereogrid::capture::testing {
 namespace {
 
-using ::testing::AllOf, ::testing::HasSubstr, ::testing::IsEmpty, ::testing::ThrowsMessage;
+using ::testing::AllOf, ::testing::ElementsAre, ::testing::HasSubstr, ::testing::IsEmpty, ::testing::SizeIs,
+    ::testing::StartsWith, ::testing::ThrowsMessage;
 
 constexpr const char* left_alone{"left image without a right one"};
 constexpr const char* right_alone{"right image without a left one"};
@@ -218,6 +219,116 @@ TEST(CameraPair, ReportsANewStreamThoughItsFirstFrameIsLost) {
   EXPECT_TRUE(pair.next(0ms)->resets_before);
   pair.add(view(plain(4)), view(plain(4)), start + 3ms);
   EXPECT_FALSE(pair.next(0ms)->resets_before);
+}
+
+/// Two stereo pairs of one vehicle, with stamps of the test's.
+class CameraSet : public ::testing::Test {
+ protected:
+  CameraSet() {
+    std::vector<NamedSource> cameras;
+    for (const char* name : {"front", "rear"}) {
+      io::Calibration calibration{small_calibration()};
+      if (!pairs_.empty()) calibration.rig.width_px = 2 * width_px;  // sizes may differ
+      auto pair{std::make_unique<CameraPair>(calibration)};
+      pairs_.push_back(pair.get());
+      cameras.push_back({name, std::move(pair)});
+    }
+    set_ = join_cameras(std::move(cameras));
+  }
+
+  void add(std::size_t camera, std::chrono::milliseconds at) {
+    const Image<std::uint8_t> image{plain(7, pairs_[camera]->rig().width_px)};
+    pairs_[camera]->add(view(image), view(image), start_ + at);
+  }
+  /// Both cameras' frames each 100 ms before `at`.
+  void run_until(std::chrono::milliseconds at) {
+    for (std::chrono::milliseconds now{0}; now < at; now += 100ms) {
+      add(0, now);
+      add(1, now + 10ms);
+      const auto live{wait_for_frame(*set_)};
+      ASSERT_TRUE(live);
+      ASSERT_THAT(live->frame.others, SizeIs(1));
+    }
+  }
+  const Clock::time_point start_{Clock::now()};
+  std::vector<CameraPair*> pairs_;
+  std::unique_ptr<LiveSource> set_;
+};
+
+TEST_F(CameraSet, HasTheFramesOfOneInstant) {
+  EXPECT_EQ(set_->rigs().size(), 2U);
+  EXPECT_EQ(set_->rigs()[1].width_px, 2 * width_px);
+  add(0, 0ms);
+  add(1, 10ms);
+  const auto live{wait_for_frame(*set_)};
+  ASSERT_TRUE(live);
+  EXPECT_EQ(live->frame.camera, 0);
+  ASSERT_THAT(live->frame.others, SizeIs(1));
+  EXPECT_EQ(live->frame.others[0].camera, 1);
+  EXPECT_NEAR(static_cast<double>(live->frame.others[0].stamp_ns - live->frame.stamp_ns), 10e6, 1e3);
+  add(0, 100ms);
+  EXPECT_FALSE(set_->next(0ms)) << "the rear camera's frame is due";
+  add(1, 110ms);
+  EXPECT_THAT(wait_for_frame(*set_)->frame.others, SizeIs(1));
+}
+
+TEST_F(CameraSet, UsesAFrameOfASlowerCameraOnce) {
+  run_until(200ms);
+  std::vector<std::size_t> others;
+  for (int i{0}; i < 12; ++i) {  // every 25 and 100 ms
+    add(0, 200ms + i * 25ms);
+    if (i % 4 == 0) add(1, 200ms + i * 25ms);
+    others.push_back(wait_for_frame(*set_)->frame.others.size());
+  }
+  EXPECT_THAT(others, ElementsAre(1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0));
+}
+
+TEST_F(CameraSet, GoesOnWithoutACameraThatStops) {
+  run_until(300ms);
+  for (int i{0}; i < 3; ++i) {
+    add(0, 300ms + i * 100ms);
+    EXPECT_THAT(wait_for_frame(*set_)->frame.others, IsEmpty());
+  }
+  EXPECT_TRUE(becomes([&] { return !set_->fault().empty(); }));
+  EXPECT_THAT(set_->fault(), StartsWith("rear: "));
+}
+
+TEST_F(CameraSet, GoesOnWithoutTheFirstCameraUntilItIsBack) {
+  run_until(300ms);
+  add(1, 310ms);
+  const auto alone{wait_for_frame(*set_)};
+  ASSERT_TRUE(alone);
+  EXPECT_TRUE(alone->frame.left.empty());
+  ASSERT_THAT(alone->frame.others, SizeIs(1));
+  EXPECT_EQ(alone->frame.others[0].camera, 1);
+  EXPECT_EQ(alone->frame.others[0].stamp_ns, alone->frame.stamp_ns);
+  EXPECT_FALSE(alone->resets_before);
+  add(0, 400ms);
+  add(1, 410ms);
+  const auto both{wait_for_frame(*set_)};
+  EXPECT_FALSE(both->frame.left.empty());
+  EXPECT_THAT(both->frame.others, SizeIs(1));
+}
+
+TEST_F(CameraSet, NamesACameraOfAnotherClock) {
+  int i{0};
+  EXPECT_TRUE(becomes([&] {
+    add(0, i * 100ms);
+    add(1, i * 100ms + 5s);
+    ++i;
+    EXPECT_THAT(wait_for_frame(*set_)->frame.others, IsEmpty());
+    return set_->fault().find("rear: its stamps are +5.0 s from those of front") == 0;
+  }));
+}
+
+TEST_F(CameraSet, RestartsWithEachCamera) {
+  run_until(300ms);
+  pairs_[1]->request_reset();
+  add(1, 310ms);
+  add(0, 300ms);
+  const auto live{wait_for_frame(*set_)};
+  EXPECT_TRUE(live->resets_before);
+  EXPECT_THAT(live->frame.others, SizeIs(1));
 }
 
 }  // namespace

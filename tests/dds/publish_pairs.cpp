@@ -2,8 +2,10 @@
 //
 // bare_peer pairs NAMESPACE RELIABILITY WIDTHxHEIGHT HZ SECONDS [FIRST [WORD]]: sensor_msgs/Image and CameraInfo
 // of two cameras, whose images are a pattern 8 px apart, and nav_msgs/Odometry on NAMESPACE/odom at five times that
-// rate, 2 m/s along x; the same on /tf, and /clock. FIRST: the first stamp, s; otherwise now. WORD: compressed: images
-// are CompressedImage; halved: every other quaternion has length 0.5; shared: both cameras' CameraInfo is on one topic.
+// rate, 2 m/s along x; the same on /tf, and /clock. FIRST: the first stamp, s, or "now", the default. WORD: compressed:
+// images are CompressedImage; halved: every other quaternion has length 0.5; shared: both cameras' CameraInfo is on one
+// topic; one_of_several: the frame of the images is NAMESPACE with "_optical" behind, and there are neither TF nor
+// /clock.
 #include <cmath>
 #include <vector>
 
@@ -33,6 +35,7 @@ struct Camera {
   dds_entity_t infos;
   int shift_px;
   bool is_compressed;
+  std::string frame;
 };
 
 std::vector<std::uint8_t> picture(const Size& size, int shift_px, int frame) {
@@ -52,7 +55,7 @@ void send_compressed(const Camera& camera, const Size& size, std::int64_t stamp_
   std::vector<std::uint8_t> bytes{head.begin(), head.end()};
   bytes.insert(bytes.end(), pixels.begin(), pixels.end());
   sensor_msgs_msg_dds__CompressedImage_ image{};
-  image.header = header_at(stamp_ns, "left_optical");
+  image.header = header_at(stamp_ns, camera.frame.c_str());
   image.format = const_cast<char*>("pgm");
   image.data = {static_cast<std::uint32_t>(bytes.size()), static_cast<std::uint32_t>(bytes.size()), bytes.data(),
                 false};
@@ -62,7 +65,7 @@ void send_compressed(const Camera& camera, const Size& size, std::int64_t stamp_
 void send_image(const Camera& camera, const Size& size, std::int64_t stamp_ns, std::vector<std::uint8_t>& pixels) {
   if (camera.is_compressed) return send_compressed(camera, size, stamp_ns, pixels);
   sensor_msgs_msg_dds__Image_ image{};
-  image.header = header_at(stamp_ns, "left_optical");
+  image.header = header_at(stamp_ns, camera.frame.c_str());
   image.width = size.width;
   image.height = size.height;
   image.encoding = const_cast<char*>("mono8");
@@ -74,7 +77,7 @@ void send_image(const Camera& camera, const Size& size, std::int64_t stamp_ns, s
 
 void send_info(const Camera& camera, const Size& size, std::int64_t stamp_ns) {
   sensor_msgs_msg_dds__CameraInfo_ info{};
-  info.header = header_at(stamp_ns, "left_optical");
+  info.header = header_at(stamp_ns, camera.frame.c_str());
   info.width = size.width;
   info.height = size.height;
   info.distortion_model = const_cast<char*>("plumb_bob");
@@ -118,12 +121,12 @@ void send_clock(dds_entity_t clock, std::int64_t stamp_ns) {
 
 /// `side` "/left" has topics below it; "/left_" beside it, with one camera_info for both sides.
 Camera camera_of(dds_entity_t of, const std::string& at, const std::string& side, dds_qos_t* qos, int shift_px,
-                 bool is_compressed) {
+                 bool is_compressed, const std::string& frame) {
   const std::string folder{at + side + (side.ends_with('_') ? "" : "/")};
   const std::string infos{side.ends_with('_') ? at + "/camera_info" : folder + "camera_info"};
   return {is_compressed ? writer(of, sensor_msgs_msg_dds__CompressedImage__desc, folder + "image_rect/compressed", qos)
                         : writer(of, sensor_msgs_msg_dds__Image__desc, folder + "image_rect", qos),
-          writer(of, sensor_msgs_msg_dds__CameraInfo__desc, infos, qos), shift_px, is_compressed};
+          writer(of, sensor_msgs_msg_dds__CameraInfo__desc, infos, qos), shift_px, is_compressed, frame};
 }
 
 }  // namespace
@@ -138,24 +141,26 @@ int publish_pairs(int argc, char** argv) {
   dds_qos_t* const qos{qos_of(argv[3], "volatile", 5)};
   const std::string word{argc > 8 ? argv[8] : ""};
   const bool is_compressed{word == "compressed"};
+  const bool is_one_of_several{word == "one_of_several"};
+  const std::string frame{is_one_of_several ? std::string{argv[2]}.substr(1) + "_optical" : "left_optical"};
   const std::string end{word == "shared" ? "_" : ""};
-  const Camera left{camera_of(of, at, "/left" + end, qos, 0, is_compressed)};
-  const Camera right{camera_of(of, at, "/right" + end, qos, disparity_px, is_compressed)};
+  const Camera left{camera_of(of, at, "/left" + end, qos, 0, is_compressed, frame)};
+  const Camera right{camera_of(of, at, "/right" + end, qos, disparity_px, is_compressed, frame)};
   const dds_entity_t odometry{writer(of, nav_msgs_msg_dds__Odometry__desc, at + "/odom", qos)};
   const dds_entity_t tf{writer(of, tf2_msgs_msg_dds__TFMessage__desc, "rt/tf", qos)};
   const dds_entity_t clock{writer(of, rosgraph_msgs_msg_dds__Clock__desc, "rt/clock", qos)};
   constexpr int poses_per_frame{5};
   const auto begin{Clock::now()};
-  const bool is_simulated{argc > 7};
+  const bool is_simulated{argc > 7 && std::string{argv[7]} != "now"};
   const std::int64_t begin_ns{is_simulated ? std::llround(std::atof(argv[7]) * 1e9) : now_ns()};
   for (int i{0}; i / poses_per_frame / hz < seconds; ++i) {
     const double now_s{i / poses_per_frame / hz + (i % poses_per_frame) / (hz * poses_per_frame)};
     std::this_thread::sleep_until(begin +
                                   std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>{now_s}));
     const std::int64_t stamp_ns{begin_ns + std::llround(now_s * 1e9)};
-    send_clock(clock, stamp_ns);
+    if (!is_one_of_several) send_clock(clock, stamp_ns);
     send_odometry(odometry, stamp_ns, now_s, word == "halved" && i % 2 == 1 ? 0.5 : 1);
-    send_transform(tf, stamp_ns, now_s);
+    if (!is_one_of_several) send_transform(tf, stamp_ns, now_s);
     if (i % poses_per_frame != 0) continue;
     std::vector<std::uint8_t> left_pixels{picture(size, left.shift_px, i)};
     std::vector<std::uint8_t> right_pixels{picture(size, right.shift_px, i)};

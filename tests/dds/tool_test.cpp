@@ -61,22 +61,30 @@ TEST(DdsTool, LiveTakesImagesAndPosesAndGivesTheirStampsBack) {
   EXPECT_THAT(said, AllOf(HasSubstr("CameraInfo of /stereo/left/camera_info"), Not(HasSubstr("no pose"))));
 }
 
-/// base_link → left_optical, latched.
+/// base_link → left_optical, latched, or other transforms.
 class RobotStatePublisher {
  public:
+  using Message = messages::tf2_msgs::TFMessage;
+
   RobotStatePublisher() {
-    using messages::tf2_msgs::TFMessage;
-    channel_ = node_->sink().add({"/tf_static", TFMessage::type_name, messages::definition_of<TFMessage>(), true});
+    channel_ = node_->sink().add({"/tf_static", Message::type_name, messages::definition_of<Message>(), true});
   }
   /// `rotation`: by default that of a camera with its axis along x.
   void send(const messages::geometry_msgs::Vector3& place,
             const messages::geometry_msgs::Quaternion& rotation = {-0.5, 0.5, -0.5, 0.5}) {
-    messages::tf2_msgs::TFMessage message;
+    Message message;
+    add(message, "left_optical", place, rotation);
+    send(message);
+  }
+  static void add(Message& message, const std::string& camera, const messages::geometry_msgs::Vector3& place,
+                  const messages::geometry_msgs::Quaternion& rotation) {
     auto& one{message.transforms.emplace_back()};
     one.header.frame_id = "base_link";
-    one.child_frame_id = "left_optical";
+    one.child_frame_id = camera;
     one.transform.translation = place;
     one.transform.rotation = rotation;
+  }
+  void send(const Message& message) {
     messages::CdrWriter writer;
     node_->sink().send(channel_, 0, writer.encode(message));
   }
@@ -147,6 +155,36 @@ TEST(DdsTool, TfGivesTheCamerasPoseAndItsMounting) {
   const std::string said{all_of(live)};
   EXPECT_THAT(said, AllOf(HasSubstr("extrinsics of TF (base_link → left_optical)"), HasSubstr("height 1.10 m"),
                           HasSubstr("poses of the camera: left_optical in odom"), Not(HasSubstr("cannot be used"))));
+}
+
+// The rear pair ends after 6 s, the front one after the tool.
+TEST(DdsTool, SeveralPairsMakeOneGridAndOneThatStopsIsNamed) {
+  RobotStatePublisher robot;
+  RobotStatePublisher::Message places;
+  robot.add(places, "front_optical", {0.5, 0, 1.1}, {-0.5, 0.5, -0.5, 0.5});
+  robot.add(places, "rear_optical", {-0.5, 0, 1.1}, {-0.5, -0.5, 0.5, 0.5});
+  robot.send(places);
+  Peer map{grids("/stereo_grid/occupancy_grid", 40, 60)};
+  Peer observed{grids("/stereo_grid/observed_grid", 1, 60)};
+  Peer live{tool("live ros2: --cameras /front,rear/ --poses /front/odom --ros2 --listen :0 --set grid.rear_m=10", 14)};
+  Peer front{bare_peer("pairs /front best_effort 256x160 10 16 now one_of_several")};
+  Peer rear{bare_peer("pairs /rear best_effort 256x160 10 6 now one_of_several")};
+  EXPECT_THAT(map.rest(), SizeIs(40)) << "beyond those with both";
+  EXPECT_THAT(observed.line(), HasSubstr(" stereo_grid "));
+  EXPECT_THAT(all_of(live),
+              AllOf(HasSubstr("/front/left/image_rect: 0.50 m ahead, 0.00 m and 0.0° to the left in base_link, 1.10 m"),
+                    HasSubstr("/rear/left/image_rect: -0.50 m ahead, 0.00 m and 180.0° to the left in base_link"),
+                    HasSubstr("poses of the vehicle: base_link in odom on /front/odom"), HasSubstr("rear: "),
+                    Not(HasSubstr("warning: front: "))));
+}
+
+TEST(DdsTool, SeveralPairsNeedTheirPlaces) {
+  Peer live{tool("live ros2: --cameras /front,/rear --poses none --ros2 --listen :0", 8)};
+  Peer front{bare_peer("pairs /front best_effort 256x160 10 8 now one_of_several")};
+  Peer rear{bare_peer("pairs /rear best_effort 256x160 10 8 now one_of_several")};
+  EXPECT_THAT(all_of(live),
+              HasSubstr("waiting: TF does not connect base_link with front_optical: the camera's place is "
+                        "unknown. Publish it (robot_state_publisher"));
 }
 
 /// odom → base_link of a robot at y = 100 m, and what other nodes publish to base_link.

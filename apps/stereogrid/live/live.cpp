@@ -72,25 +72,14 @@ class ResetRequest {
   std::atomic<bool> is_wanted_{false};
 };
 
-/// Rigs of a recording's cameras; of another source that of its pair.
-std::span<const Rig> rigs_of(const LiveInput& input) {
-  const FrameSource* const recorded{input.recording.source.get()};
-  return recorded != nullptr ? recorded->rigs() : std::span{&input.source->rig(), 1};
-}
-
-std::vector<std::string> names_of_cameras(const LiveInput& input) {
-  const FrameSource* const recorded{input.recording.source.get()};
-  return recorded != nullptr ? recorded->camera_names() : std::vector<std::string>{};
-}
-
 /// The same frames with another preset, for the page only.
 class OtherPreset {
  public:
   OtherPreset(const LiveOptions& options, const LiveInput& input, server::Server& viewers)
-      : pipeline_{start_pipeline(config_of(options), rigs_of(input), options.device,
+      : pipeline_{start_pipeline(config_of(options), input.source->rigs(), options.device,
                                  {.mask = input.mask,
                                   .other_masks = input.recording.other_masks,
-                                  .camera_names = names_of_cameras(input),
+                                  .camera_names = input.source->camera_names(),
                                   .extrinsics_given = input.recording.extrinsics_given,
                                   .in_world_of_poses = input.in_world_of_poses})},
         sink_{viewer_sink(viewers)},
@@ -311,11 +300,11 @@ int live(const LiveOptions& options) {
   const io::Recording* const recording{input.recording.recording};
   warn_of_unread(parameters, config,
                  {recording != nullptr && recording->gives_disparities(), fused != FusedSource::none});
-  Pipeline pipeline{start_pipeline(config, rigs_of(input), options.device,
+  Pipeline pipeline{start_pipeline(config, input.source->rigs(), options.device,
                                    {.horizons_s = options.predict_s,
                                     .mask = input.mask,
                                     .other_masks = input.recording.other_masks,
-                                    .camera_names = names_of_cameras(input),
+                                    .camera_names = input.source->camera_names(),
                                     .extrinsics_given = input.recording.extrinsics_given,
                                     .in_world_of_poses = input.in_world_of_poses})};
   const FusionStage fusion{fused, input.recording, pipeline.vehicle_grid()};
@@ -347,13 +336,14 @@ void add_live_command(Command tool, int& exit_code) {
   command.footer(
       "INPUT is a recording as of 'run', or a camera with --calibration: /dev/video0 /dev/video2 (two devices), "
       "/dev/video0 (both images side by side), 'gst:…' (a GStreamer pipeline: docs/live.md), "
-      "or ros2:/NAMESPACE: cameras that publish there (docs/ros2.md).\n\n"
+      "or ros2:/NAMESPACE: cameras that publish there (docs/ros2.md), several stereo pairs with --cameras.\n\n"
       "Examples:\n"
       "  stereogrid live drives/0009 --loop\n"
       "  stereogrid live /dev/video0 /dev/video2 --calibration stereo.yaml\n"
       "  stereogrid live 'gst:rtspsrc location=rtsp://robot/stereo ! decodebin' \\\n"
       "      --calibration stereo.yaml\n"
-      "  stereogrid live ros2:/stereo --poses /odom --ros2");
+      "  stereogrid live ros2:/stereo --poses /odom --ros2\n"
+      "  stereogrid live ros2: --cameras /front,/rear --poses tf --ros2");
   add_input_options(command, options->input.input);
   command.group(Group::input);
   command.add_flag("--loop", options->input.loops, "Restart after the last frame.");

@@ -37,9 +37,12 @@ io::Calibration calibration_of(const InputOptions& options) {
 
 void check_camera_options(const LiveInputOptions& options) {
   const InputOptions& input{options.input};
-  if (!input.disparities.empty() || !input.depth.empty() || !input.left_topic.empty() || !input.right_topic.empty()) {
+  if (!input.disparities.empty() || !input.depth.empty() || !input.left_topic.empty() || !input.right_topic.empty() ||
+      !input.cameras.empty()) {
     throw ConfigError{
-        "--disparities, --depth, --left-topic and --right-topic are of recordings, but SOURCE is a camera."};
+        "--disparities, --depth, --left-topic, --right-topic and --cameras are of recordings and ROS 2, but SOURCE is "
+        "a "
+        "camera."};
   }
   if (options.loops && !input.paths.front().starts_with(gstreamer)) {
     throw ConfigError{"--loop is of recordings and of files of GStreamer, but SOURCE is a camera."};

@@ -76,12 +76,13 @@ std::optional<io::PlacedGrid> LastGrids::at(const StereoFrame& frame) const {
 }
 
 Pose2 LastGrids::vehicle_from(const std::string& grid_frame, const StereoFrame& frame) const {
-  if (grid_frame == frames.camera) return {};  // the axes are a body's all the same
+  if (grid_frame == frames.camera) return frames.vehicle_from_camera;  // the axes are a body's all the same
   if (!frames.world.empty() && grid_frame == frames.world && frame.world_from_vehicle) {
     return inverse(*frame.world_from_vehicle);
   }
-  return inverse(
-      rosbag::camera_in_vehicle(frames.transforms->at(grid_frame, frames.camera, frame.stamp_ns, transform_patience)));
+  const cv::Affine3d grid_from_camera{
+      frames.transforms->at(grid_frame, frames.camera, frame.stamp_ns, transform_patience)};
+  return frames.vehicle_from_camera * inverse(rosbag::camera_in_vehicle(grid_from_camera));
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "live/live.hpp"
 #include "ros2/ros2_source.hpp"
@@ -73,10 +74,12 @@ std::string frame_of_images(dds::Node& node, const mcap::Topic& images) {
   return header.frame_id;
 }
 
-/// Waits until TF has the place of the camera on the robot. Throws InputError: the camera has no frame.
+/// Waits until TF has the place of a camera on the robot; `is_one_of_several`: there is no option for it. Throws
+/// InputError: the camera has no frame.
 void wait_for_place(rosbag::TransformBuffer& transforms, const std::string& base, const std::string& camera_frame,
-                    const mcap::Topic& images) {
-  constexpr const char* alternative{"Publish it, or give --ros2-camera-at X,Y,YAW."};
+                    const mcap::Topic& images, bool is_one_of_several) {
+  const char* const alternative{is_one_of_several ? "Publish it (robot_state_publisher, static_transform_publisher)."
+                                                  : "Publish it, or give --ros2-camera-at X,Y,YAW."};
   if (camera_frame.empty()) {
     throw InputError{io::printable(images.name), "its messages have no frame_id: the camera's place is unknown.",
                      alternative};
@@ -98,8 +101,7 @@ bool set_extrinsics_of_tf(Rig& rig, rosbag::TransformBuffer& transforms, const s
         io::printable(base, 60), io::printable(camera_frame, 60));
     return false;
   }
-  // base_link may be above the road
-  const std::string ground{transforms.are_connected("base_footprint", camera_frame, 0ms) ? "base_footprint" : base};
+  const std::string ground{rosbag::ground_frame(transforms, base, camera_frame)};
   if (!rosbag::set_extrinsics(rig, transforms.newest(ground, camera_frame, 0ms))) {
     spdlog::warn("TF: {} is not above z = 0 of {}, or points straight up or down; its extrinsics are not used",
                  io::printable(camera_frame, 60), io::printable(ground, 60));
@@ -111,7 +113,49 @@ bool set_extrinsics_of_tf(Rig& rig, rosbag::TransformBuffer& transforms, const s
   return true;
 }
 
-void check_options(const InputOptions& options) {
+/// A stereo pair, or a camera with depth.
+struct Ros2Camera {
+  std::string name;  ///< its namespace
+  FoundImages found;
+  io::Calibration calibration;
+  std::string frame;  ///< left camera's; "": not looked for, or its messages have none
+};
+
+/// Options of each camera, whose paths are "ros2:" and its namespace.
+std::vector<InputOptions> cameras_of(const InputOptions& options) {
+  if (options.cameras.empty()) return {options};
+  std::string root{options.paths.front().substr(ros2_scheme.size())};
+  while (root.ends_with('/')) root.pop_back();
+  std::vector<std::string> namespaces;
+  for (const std::string& camera : options.cameras) namespaces.push_back(rosbag::namespace_of(root, camera));
+  io::check_cameras(namespaces);
+  std::vector<InputOptions> cameras;
+  for (const std::string& name_space : namespaces) {
+    cameras.push_back(options);
+    cameras.back().paths = {std::string{ros2_scheme} + name_space};
+  }
+  return cameras;
+}
+
+/// Waits for images and calibration, which are reported.
+Ros2Camera wait_for_camera(dds::Node& node, const InputOptions& options, bool needs_frame) {
+  Ros2Camera camera{options.paths.front().substr(ros2_scheme.size()), wait_for_images(node, options), {}, {}};
+  auto [calibration, frame]{live_calibration(node, options, camera.found)};
+  if (frame.empty() && (needs_frame || !calibration.has_extrinsics)) frame = frame_of_images(node, camera.found.left);
+  camera.calibration = std::move(calibration);
+  camera.frame = std::move(frame);
+  return camera;
+}
+
+void check_options(const InputOptions& options, const Ros2Options& ros2) {
+  if (!options.cameras.empty() &&
+      (!options.calibration.empty() || !options.mask.empty() || !options.left_topic.empty() ||
+       !options.right_topic.empty() || !ros2.camera_at.empty())) {
+    throw ConfigError{
+        "--calibration, --mask, --left-topic, --right-topic and --ros2-camera-at are of one camera, but --cameras "
+        "lists "
+        "namespaces."};
+  }
   if (!options.disparities.empty() || !options.depth.empty()) {
     throw ConfigError{"--disparities and --depth are of recordings, but SOURCE is ROS 2."};
   }
@@ -168,66 +212,79 @@ bool is_ros2(const std::string& source) {
 }
 
 LiveInput open_ros2_input(const InputOptions& options, FusedSource fused, Ros2Options& ros2) {
-  check_options(options);
+  check_options(options, ros2);
+  const std::vector<InputOptions> each{cameras_of(options)};
   const bool is_of_tf{options.poses == "tf"};
   const bool has_poses{is_of_tf || options.poses.starts_with('/')};
-  const std::optional<Pose2> camera{camera_of_user(ros2, has_poses)};
+  const bool are_placed{!options.cameras.empty()};  // in the robot's frame, which has the poses, too
+  const std::optional<Pose2> camera{are_placed ? std::optional{Pose2{}} : camera_of_user(ros2, has_poses)};
   const bool is_world_named{!ros2.frames.empty()};
   std::string base{"base_link"};
   if (has_poses) name_frames(ros2, base, camera);
   std::shared_ptr<dds::Node> node{open_ros2_node(ros2)};
   const std::shared_ptr<rosbag::TransformBuffer> transforms{subscribe_transforms(*node)};
-  const FoundImages found{wait_for_images(*node, options)};
-  auto [calibration, camera_frame]{live_calibration(*node, options, found)};
-  const bool has_extrinsics{calibration.has_extrinsics};
-  const bool is_place_of_tf{has_poses && !camera};
+  const bool is_place_of_tf{are_placed || (has_poses && !camera)};
   const bool are_grids_fused{fused == FusedSource::grids};
-  if (camera_frame.empty() && (is_place_of_tf || !has_extrinsics || are_grids_fused)) {
-    camera_frame = frame_of_images(*node, found.left);
+  std::vector<Ros2Camera> cameras;
+  for (const InputOptions& one : each)
+    cameras.push_back(wait_for_camera(*node, one, is_place_of_tf || are_grids_fused));
+  Ros2Camera& first{cameras.front()};
+  if (is_place_of_tf && has_poses && !is_of_tf) {
+    read_frames_of_odometry(*node, options.poses, base, is_world_named ? nullptr : &ros2.frames[0]);
+    name_frames(ros2, base, camera);
   }
-  if (is_place_of_tf) {
-    if (!is_of_tf) {
-      read_frames_of_odometry(*node, options.poses, base, is_world_named ? nullptr : &ros2.frames[0]);
-      name_frames(ros2, base, camera);
+  LiveInput live;
+  bool are_measured{true};  // extrinsics of all cameras
+  for (Ros2Camera& one : cameras) {
+    io::Calibration& calibration{one.calibration};
+    bool is_measured{calibration.has_extrinsics};
+    if (is_place_of_tf) wait_for_place(*transforms, base, one.frame, one.found.left, are_placed);
+    if (are_placed) {
+      const std::string images{io::printable(one.found.left.name)};
+      spdlog::info("{}: {}", images, rosbag::place_camera(calibration, *transforms, base, one.frame, images));
+      is_measured = std::exchange(calibration.has_extrinsics, true);  // logged here
+    } else if (!is_measured) {
+      calibration.has_extrinsics = set_extrinsics_of_tf(calibration.rig, *transforms, base, one.frame);
     }
-    wait_for_place(*transforms, base, camera_frame, found.left);
-  }
-  if (!has_extrinsics) {
-    calibration.has_extrinsics = set_extrinsics_of_tf(calibration.rig, *transforms, base, camera_frame);
+    are_measured = are_measured && is_measured;
   }
   if (has_poses) {
     spdlog::info("poses of {}: {} in {} on {}", is_of_tf && !camera ? "the camera" : "the vehicle",
-                 io::printable(is_of_tf && !camera ? camera_frame : base, 60), io::printable(ros2.frames[0], 60),
+                 io::printable(is_of_tf && !camera ? first.frame : base, 60), io::printable(ros2.frames[0], 60),
                  is_of_tf ? "/tf" : io::printable(options.poses));
   }
-  LiveInput live;
   if (are_grids_fused) {
+    const Pose2 place{are_placed ? camera_place(first.calibration.rig) : Pose2{}};
     live.recording.grid_at =
-        subscribe_grids(*node, options, {camera_frame, has_poses ? ros2.frames[0] : "", transforms});
+        subscribe_grids(*node, options, {first.frame, has_poses ? ros2.frames[0] : "", place, transforms});
   }
-  const std::chrono::duration<double, std::milli> tolerance{options.pair_tolerance_ms};
-  const Ros2Setup setup{.left = found.left,
-                        .right = found.right,
-                        .calibration = std::move(calibration),
-                        .pairing = {.tolerance = std::chrono::duration_cast<std::chrono::nanoseconds>(tolerance),
-                                    .has_depth = found.images.has_depth()},
-                        .poses = has_poses && !is_of_tf ? options.poses : "",
-                        .world_frame = is_of_tf ? ros2.frames[0] : "",
-                        .base_frame = base,
-                        .camera_frame = camera_frame,
-                        .transforms = transforms,
-                        .base_from_camera = camera,
-                        .uses_sim_time = ros2.uses_sim_time};
-  spdlog::info("{} and {}, {}", io::printable(setup.left.name), rosbag::second_of(found.images),
-               setup.calibration.kind);
-  log_calibration(setup.calibration);
   live.kind = options.paths.front();
+  live.recording.extrinsics_given = are_measured;
   live.in_world_of_poses = has_poses;
-  live.recording.extrinsics_given = has_extrinsics;
   live.poses = has_poses ? PoseSource::input : options.poses == "none" ? PoseSource::none : PoseSource::odometry;
-  const std::filesystem::path mask{options.mask.empty() ? setup.calibration.mask : std::filesystem::path{options.mask}};
-  if (!mask.empty()) live.mask = io::read_mask(mask, setup.calibration);
-  live.source = std::make_unique<Ros2Source>(std::move(node), setup);
+  const std::filesystem::path mask{options.mask.empty() ? first.calibration.mask : std::filesystem::path{options.mask}};
+  if (!mask.empty()) live.mask = io::read_mask(mask, first.calibration);
+  const std::chrono::duration<double, std::milli> tolerance{options.pair_tolerance_ms};
+  std::vector<capture::NamedSource> sources;
+  for (const Ros2Camera& one : cameras) {
+    spdlog::info("{} and {}, {}", io::printable(one.found.left.name), rosbag::second_of(one.found.images),
+                 one.calibration.kind);
+    log_calibration(one.calibration);
+    const Ros2Setup setup{.left = one.found.left,
+                          .right = one.found.right,
+                          .calibration = one.calibration,
+                          .pairing = {.tolerance = std::chrono::duration_cast<std::chrono::nanoseconds>(tolerance),
+                                      .has_depth = one.found.images.has_depth()},
+                          .poses = has_poses && !is_of_tf ? options.poses : "",
+                          .world_frame = is_of_tf ? ros2.frames[0] : "",
+                          .base_frame = base,
+                          .camera_frame = one.frame,
+                          .transforms = transforms,
+                          .base_from_camera = camera,
+                          .uses_sim_time = ros2.uses_sim_time};
+    sources.push_back({one.name, std::make_unique<Ros2Source>(node, setup)});
+  }
+  live.source = capture::join_cameras(std::move(sources));
   return live;
 }
 

@@ -129,6 +129,7 @@ inline constexpr std::string_view ros2_scheme{"ros2:"};
 struct GridFrames {
   std::string camera;  ///< left camera's
   std::string world;   ///< frame of the poses; "": none
+  Pose2 vehicle_from_camera;
   std::shared_ptr<rosbag::TransformBuffer> transforms;
 };
 

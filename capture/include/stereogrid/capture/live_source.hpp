@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -42,6 +43,10 @@ class STEREOGRID_EXPORT LiveSource {
   virtual ~LiveSource();
 
   [[nodiscard]] virtual const Rig& rig() const = 0;
+  /// Rigs of all cameras, by StereoFrame::camera; the first is rig().
+  [[nodiscard]] virtual std::span<const Rig> rigs() const { return {&rig(), 1}; }
+  /// Names of several cameras (PipelineOptions::camera_names); empty: there is one.
+  [[nodiscard]] virtual std::vector<std::string> camera_names() const { return {}; }
   /// Newest frame that was not returned yet. Waits up to `patience`; none: timeout, or the source has ended. Throws
   /// InputError for an unusable frame (it is counted); the next one may be usable.
   [[nodiscard]] virtual std::optional<LiveFrame> next(std::chrono::milliseconds patience) = 0;
@@ -52,6 +57,18 @@ class STEREOGRID_EXPORT LiveSource {
   /// Since the source was opened.
   [[nodiscard]] virtual std::vector<Drop> dropped() const = 0;
 };
+
+/// A stereo pair of a vehicle with several; `name`: its namespace (io::camera_names).
+struct NamedSource {
+  std::string name;
+  std::unique_ptr<LiveSource> source;
+};
+
+/// One source of the stereo pairs of one vehicle, by StereoFrame::camera and `others`. Each frame of the first camera
+/// has the nearest frames of the others, within half of the shorter interval, as a recording's have. It waits for those
+/// that are due, up to their interval. A camera without a frame for three intervals has stopped: the others continue,
+/// with the stamps of the next camera, and fault() names it. One camera: its own source.
+[[nodiscard]] STEREOGRID_EXPORT std::unique_ptr<LiveSource> join_cameras(std::vector<NamedSource> cameras);
 
 struct ReplayOptions {
   bool loops{false};     ///< begins again after the last frame
