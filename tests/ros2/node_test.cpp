@@ -71,6 +71,94 @@ TEST_F(Ros2Node, FollowsTf) {
   EXPECT_NEAR(last.transform.translation.y, 5, 1e-9);
 }
 
+/// Two cameras back to back.
+class Ros2Cameras : public Ros2Node {
+ protected:
+  void SetUp() override {
+    Ros2Node::SetUp();
+    stand_in::lookup() = [this](const std::string& target, const std::string& source, std::int64_t) {
+      return target == "base_footprint" ? places_.at(source) : std::optional<geometry_msgs::msg::Transform>{};
+    };
+  }
+
+  [[nodiscard]] sensor_msgs::msg::CameraInfo info(std::size_t camera, bool is_right) const {
+    const stereogrid::Rig& rig{around_.rigs()[camera]};
+    sensor_msgs::msg::CameraInfo message{info_of(rig, is_right ? rig.baseline_m : 0)};
+    message.header.frame_id = names_.at(camera) + "_optical";
+    return message;
+  }
+  /// As the node reads it.
+  [[nodiscard]] stereogrid::Rig rig(std::size_t camera) const {
+    const auto read = [&](bool is_right) { return camera_of(info(camera, is_right), "camera"); };
+    stereogrid::Rig rig{stereogrid::io::ros_calibration(read(false), read(true), true).rig};
+    const auto& place{*places_.at(names_.at(camera) + "_optical")};
+    set_extrinsics(rig, place);
+    const stereogrid::Pose2 pose{pose_of(place)};
+    rig.camera_x_m = pose.x_m;
+    rig.camera_y_m = pose.y_m;
+    rig.camera_yaw_rad = pose.yaw_rad;
+    return rig;
+  }
+  void hand_in_infos() const {
+    for (const std::size_t camera : {1U, 0U}) {  // both are there when the first one is opened
+      hand_in(names_.at(camera) + "/left/camera_info", info(camera, false));
+      hand_in(names_.at(camera) + "/right/camera_info", info(camera, true));
+    }
+    std::this_thread::sleep_for(200ms);
+  }
+  void hand_in_images(std::size_t camera, const stereogrid::StereoFrame& frame) const {
+    hand_in(names_.at(camera) + "/left/image_rect", message_of(frame.left, begin_ns + frame.stamp_ns));
+    hand_in(names_.at(camera) + "/right/image_rect", message_of(frame.right, begin_ns + frame.stamp_ns));
+  }
+
+  const std::vector<std::string> names_{"front", "/robot/rear"};
+  stereogrid::scenes::Scene around_{
+      stereogrid::scenes::parse_scene("scene:around?cameras=2&turn_deg=180&width=192&height=128&focal=96&frames=6")};
+  std::map<std::string, std::optional<geometry_msgs::msg::Transform>> places_{
+      {"front_optical", geometry_msgs::msg::Transform{{0.5, 0, 1.25}, {-0.5, 0.5, -0.5, 0.5}}},
+      {"/robot/rear_optical", geometry_msgs::msg::Transform{{-0.5, 0, 1.25}, {-0.5, -0.5, 0.5, 0.5}}}};
+};
+
+TEST_F(Ros2Cameras, MakeOneGridAndTheRearOneGoesOnAlone) {
+  Kept kept;
+  const std::array rigs{rig(0), rig(1)};
+  EXPECT_NEAR(rigs[1].camera_yaw_rad, M_PI, 1e-9);
+  stereogrid::Config config;
+  config.grid.rear_m = 10;
+  stereogrid::Pipeline pipeline{config, rigs};
+  stereogrid::messages::FrameMessages messages{kept, rigs[0], {.topics = {"occupancy_grid"}}};
+  start({{"poses", std::string{"none"}}, {"cameras", names_}, {"grid.rear_m", 10.0}});
+  hand_in_infos();
+  for (std::size_t i{0}; i < around_.size(); ++i) {
+    stereogrid::StereoFrame frame{around_.load(i)};
+    const bool is_alone{i + 1 == around_.size()};
+    hand_in_images(1, frame.others.at(0));
+    if (!is_alone) hand_in_images(0, frame);
+    frame.stamp_ns += begin_ns;
+    frame.others[0].stamp_ns += begin_ns;
+    frame.world_from_vehicle.reset();
+    frame.others[0].world_from_vehicle.reset();
+    if (is_alone) frame.left = frame.right = {};
+    messages.send(pipeline.process(frame), {.stamp_ns = frame.stamp_ns});
+    ASSERT_TRUE(wait_for([&] { return published(grids).size() == i + 1; })) << i;
+  }
+  EXPECT_TRUE(published(grids) == kept.messages[grids]);
+  EXPECT_TRUE(wait_for([] { return ::testing::Matches(Contains(HasSubstr("camera 0, front: ")))(logged()); }));
+}
+
+TEST_F(Ros2Cameras, AreRefusedTwiceOrWithoutAFrameForTheirPlaces) {
+  using Names = std::vector<std::string>;
+  EXPECT_THROW(start({{"cameras", Names{"front", "front/"}}}), stereogrid::ConfigError);
+  EXPECT_THROW(start({{"cameras", Names(9, "front")}}), stereogrid::ConfigError);
+  EXPECT_THROW(start({{"cameras", Names{"front", "rear"}}, {"robot_base_frame", std::string{}}}),
+               stereogrid::ConfigError);
+  places_["/robot/rear_optical"].reset();
+  start({{"poses", std::string{"none"}}, {"cameras", names_}, {"transform_tolerance", 0.05}});
+  hand_in_infos();
+  EXPECT_TRUE(wait_for([] { return ::testing::Matches(Contains(HasSubstr("TF: ")))(logged()); }));
+  EXPECT_THAT(published(grids), IsEmpty());
+}
+
 TEST_F(Ros2Node, PublishesWhileActiveOnly) {
   start({{"autostart", false}, {"poses", std::string{"none"}}});
   const auto has_subscriptions{[] {

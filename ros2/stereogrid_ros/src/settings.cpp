@@ -29,6 +29,7 @@
 
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/poses.hpp"
+#include "stereogrid/io/recording.hpp"
 
 namespace stereogrid_ros {
 namespace {
@@ -160,6 +161,17 @@ stereogrid::PipelineOptions read_pipeline(Reader& reader) {
   return pipeline;
 }
 
+/// Without slashes at their ends. Throws ConfigError: more than eight, or one twice.
+std::vector<std::string> read_cameras(Reader& reader) {
+  std::vector<std::string> cameras{
+      value_of(reader, "cameras", std::vector<std::string>{}, "Namespaces of several stereo pairs; empty: one.")};
+  for (std::string& camera : cameras) {
+    while (camera.ends_with('/')) camera.pop_back();
+  }
+  if (!cameras.empty()) stereogrid::io::check_cameras(cameras);
+  return cameras;
+}
+
 /// Throws ConfigError: a topic that does not exist, a frame without a name, a voxel out of range.
 void check(const stereogrid::messages::FrameMessagesOptions& options) {
   const stereogrid::Rig any_rig{.width_px = 640,
@@ -201,6 +213,7 @@ Settings read_settings(rclcpp_lifecycle::LifecycleNode& node) {
   Settings settings;
   settings.config = read_config(reader);
   settings.pipeline = read_pipeline(reader);
+  settings.cameras = read_cameras(reader);
   settings.input = one_of(reader, "input", {"stereo", "depth", "disparity"},
                           "stereo (right images), depth (of the left images) or disparity (DisparityImage).");
   settings.image_transport = one_of(reader, "image_transport", {"raw", "compressed"},
@@ -215,6 +228,9 @@ Settings read_settings(rclcpp_lifecycle::LifecycleNode& node) {
   settings.robot_base_frame = text("robot_base_frame", "base_footprint",
                                    "Frame whose z = 0 is the road; empty: extrinsics are not read from TF.");
   settings.pipeline.extrinsics_given = !settings.robot_base_frame.empty();
+  if (!settings.cameras.empty() && settings.robot_base_frame.empty()) {
+    throw ConfigError{"parameter robot_base_frame: empty (allowed a frame with cameras, since TF places them in it)."};
+  }
   settings.poses = one_of(reader, "poses", {"tf", "images", "none"},
                           "Source of the camera's poses: tf, images (visual odometry) or none.");
   settings.pipeline.in_world_of_poses = settings.poses == "tf";

@@ -18,6 +18,7 @@
 
 #include <set>
 #include <string>
+#include <vector>
 
 #include <geometry_msgs/msg/transform.hpp>
 #include <rclcpp_lifecycle/lifecycle_node.hpp>
@@ -44,6 +45,7 @@ struct Settings {
   stereogrid::Config config;
   stereogrid::PipelineOptions pipeline;
   stereogrid::messages::FrameMessagesOptions messages;
+  std::vector<std::string> cameras;   ///< namespaces of several stereo pairs; empty: one, in the node's own
   std::string input;                  ///< stereo, depth, disparity
   std::string image_transport;        ///< raw, compressed
   std::string depth_image_transport;  ///< raw, compressedDepth, compressed

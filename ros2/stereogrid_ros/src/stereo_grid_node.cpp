@@ -118,8 +118,13 @@ std::function<void()> StereoGridNode::failure_handler() {
 StereoGridNode::CallbackReturn StereoGridNode::on_activate(const rclcpp_lifecycle::State& /*previous*/) {
   is_to_stop_ = false;
   has_failed_ = false;
+  const std::vector<std::string>& names{settings_.cameras};
+  for (std::size_t i{0}; i < std::max<std::size_t>(1, names.size()); ++i) {
+    cameras_.push_back(std::make_shared<Camera>());
+    if (!names.empty()) cameras_.back()->prefix = names[i] + "/";
+  }
   thread_ = std::thread{[this] { work(); }};
-  subscribe_all();
+  for (const auto& camera : cameras_) subscribe_all(camera);
   return CallbackReturn::SUCCESS;
 }
 
@@ -151,10 +156,7 @@ void StereoGridNode::stop() {
   thread_.join();
   sink_.clear();
   const std::scoped_lock lock{mutex_};
-  infos_ = {};
-  baseline_m_ = 0;
-  newest_ns_ = {};
-  pair_.reset();
+  cameras_.clear();
 }
 
 void StereoGridNode::warn(const std::string& sentence) {
@@ -171,9 +173,11 @@ void StereoGridNode::warn(const std::string& sentence) {
 
 void StereoGridNode::work() {
   try {
-    while (!is_to_stop_) {
-      if (open_pair()) return go_on();
+    for (const auto& camera : cameras_) {
+      while (!is_to_stop_ && !open_pair(*camera)) {
+      }
     }
+    if (!is_to_stop_) go_on();
   } catch (const std::exception& error) {
     RCLCPP_FATAL(get_logger(), "stopped: %s. Deactivate and activate the node to try again.", error.what());
     has_failed_ = true;
@@ -182,31 +186,34 @@ void StereoGridNode::work() {
 }
 
 // The mutex is locked.
-bool StereoGridNode::has_infos() const {
-  if (!infos_[0]) return false;
-  return settings_.input == "depth" || (settings_.input == "disparity" ? baseline_m_ > 0 : infos_[1].has_value());
+bool StereoGridNode::has_infos(const Camera& camera) const {
+  if (!camera.infos[0]) return false;
+  return settings_.input == "depth" ||
+         (settings_.input == "disparity" ? camera.baseline_m > 0 : camera.infos[1].has_value());
 }
 
-bool StereoGridNode::open_pair() {
+bool StereoGridNode::open_pair(Camera& camera) {
   std::unique_lock lock{mutex_};
-  if (!changed_.wait_for(lock, 5s, [this] { return is_to_stop_ || has_infos(); })) {
+  if (!changed_.wait_for(lock, 5s, [&] { return is_to_stop_ || has_infos(camera); })) {
     lock.unlock();
-    warn(settings_.input == "stereo" ? "waiting for the CameraInfo of both cameras: left/camera_info, right/camera_info"
-         : settings_.input == "depth" ? "waiting for left/camera_info"
-                                      : "waiting for left/camera_info and disparity");
+    const std::string left{camera.prefix + "left/camera_info"};
+    warn(settings_.input == "stereo"
+             ? "waiting for the CameraInfo of both cameras: " + left + ", " + camera.prefix + "right/camera_info"
+         : settings_.input == "depth" ? "waiting for " + left
+                                      : "waiting for " + left + " and " + camera.prefix + "disparity");
     return false;
   }
   if (is_to_stop_) return false;
-  const auto left{*std::exchange(infos_[0], std::nullopt)};
-  const auto right{std::exchange(infos_[1], std::nullopt)};
+  const auto left{*std::exchange(camera.infos[0], std::nullopt)};
+  const auto right{std::exchange(camera.infos[1], std::nullopt)};
   lock.unlock();
   try {
-    stereogrid::io::Calibration calibration{calibration_of(left, right)};
+    stereogrid::io::Calibration calibration{calibration_of(camera, left, right)};
     set_extrinsics_from_tf(calibration.rig, left.header.frame_id);
     lock.lock();
-    camera_frame_ = left.header.frame_id;
-    calibration_ = calibration;
-    pair_ = std::make_shared<Pair>(calibration, pairing());
+    camera.frame = left.header.frame_id;
+    camera.calibration = calibration;
+    camera.pair = std::make_shared<Pair>(calibration, pairing());
     return true;
   } catch (const InputError& error) {
     warn(error.what());
@@ -215,12 +222,13 @@ bool StereoGridNode::open_pair() {
 }
 
 stereogrid::io::Calibration StereoGridNode::calibration_of(
-    const sensor_msgs::msg::CameraInfo& left, const std::optional<sensor_msgs::msg::CameraInfo>& right) const {
-  const stereogrid::io::RosCamera left_camera{camera_of(left, "left/camera_info")};
-  stereogrid::io::RosCamera right_camera{right ? camera_of(*right, "right/camera_info") : left_camera};
+    const Camera& camera, const sensor_msgs::msg::CameraInfo& left,
+    const std::optional<sensor_msgs::msg::CameraInfo>& right) const {
+  const stereogrid::io::RosCamera left_camera{camera_of(left, camera.prefix + "left/camera_info")};
+  stereogrid::io::RosCamera right_camera{right ? camera_of(*right, camera.prefix + "right/camera_info") : left_camera};
   if (!right) {
     const double focal_px{left_camera.p[0]};
-    const double known_m{baseline_m_};
+    const double known_m{camera.baseline_m};
     right_camera.p[3] =
         -focal_px * (known_m > 0 ? known_m : stereogrid::io::virtual_baseline_m(focal_px, left_camera.width_px));
   }
@@ -229,7 +237,13 @@ stereogrid::io::Calibration StereoGridNode::calibration_of(
 
 void StereoGridNode::set_extrinsics_from_tf(stereogrid::Rig& rig, const std::string& camera_frame) {
   if (settings_.robot_base_frame.empty()) return;
-  set_extrinsics(rig, look_up(settings_.robot_base_frame, camera_frame, rclcpp::Time{0, 0, RCL_ROS_TIME}));
+  const auto base_from_camera{look_up(settings_.robot_base_frame, camera_frame, rclcpp::Time{0, 0, RCL_ROS_TIME})};
+  set_extrinsics(rig, base_from_camera);
+  if (settings_.cameras.empty()) return;
+  const stereogrid::Pose2 place{pose_of(base_from_camera)};
+  rig.camera_x_m = place.x_m;
+  rig.camera_y_m = place.y_m;
+  rig.camera_yaw_rad = place.yaw_rad;
 }
 
 // Waits in wall time: the buffer's own wait is in ROS time, which stands still while a simulation is paused.
@@ -248,57 +262,74 @@ geometry_msgs::msg::Transform StereoGridNode::look_up(const std::string& target,
   }
 }
 
-std::shared_ptr<StereoGridNode::Pair> StereoGridNode::current_pair() {
+std::shared_ptr<StereoGridNode::Pair> StereoGridNode::current_pair(const Camera& camera) {
   const std::scoped_lock lock{mutex_};
-  return pair_;
+  return camera.pair;
 }
 
-void StereoGridNode::place(PreparedFrame& prepared, std::optional<stereogrid::VisualOdometry>& odometry,
-                           const stereogrid::Rig& rig) {
-  stereogrid::StereoFrame& frame{prepared.frame};
-  if (settings_.poses == "images") {
-    if (!odometry) odometry.emplace(rig);
-    stereogrid::OdometryStep step{odometry->update(frame)};
-    frame.world_from_vehicle = step.world_from_vehicle;
-    prepared.covariances = step.covariances;
-    prepared.warning = std::move(step.warning);
-  } else if (settings_.poses == "tf") {
-    frame.world_from_vehicle =
-        pose_of(look_up(settings_.global_frame, camera_frame_, rclcpp::Time{frame.stamp_ns, RCL_ROS_TIME}));
+/// Frames of the pair that a camera has now, with their stamps and the poses of TF.
+class StereoGridNode::CameraSource final : public stereogrid::capture::LiveSource {
+ public:
+  CameraSource(StereoGridNode& node, const Camera& camera)
+      : node_{node}, camera_{camera}, rig_{camera.calibration.rig}, pair_{node.current_pair(camera)} {}
+
+  [[nodiscard]] const stereogrid::Rig& rig() const override { return rig_; }
+  [[nodiscard]] bool has_ended() const override { return node_.is_to_stop_; }
+  [[nodiscard]] std::string fault() const override { return pair_->fault(); }
+  [[nodiscard]] std::vector<stereogrid::capture::Drop> dropped() const override { return pair_->dropped(); }
+
+  [[nodiscard]] std::optional<stereogrid::capture::LiveFrame> next(std::chrono::milliseconds patience) override {
+    const std::shared_ptr<Pair> now{node_.current_pair(camera_)};
+    if (now != pair_) {
+      pair_ = now;
+      resets_before_ = true;
+    }
+    pair_->set_tolerance(duration_of(node_.thresholds().pair_tolerance_s));
+    std::optional<stereogrid::capture::LiveFrame> live{pair_->next(patience)};
+    if (!live) return std::nullopt;
+    live->frame.stamp_ns = nanoseconds(live->captured) + node_.clock_ns_;
+    if (node_.settings_.poses == "tf") live->frame.world_from_vehicle = pose_at(live->frame.stamp_ns);
+    live->resets_before = std::exchange(resets_before_, false);
+    return live;
   }
-}
 
-/// Frames of the camera pair that the node has now, for its pipeline.
+ private:
+  [[nodiscard]] stereogrid::Pose2 pose_at(std::int64_t stamp_ns) {
+    const rclcpp::Time instant{stamp_ns, RCL_ROS_TIME};
+    return pose_of(node_.look_up(node_.settings_.global_frame, camera_.frame, instant)) * inverse(camera_place(rig_));
+  }
+
+  StereoGridNode& node_;
+  const Camera& camera_;
+  const stereogrid::Rig rig_;
+  std::shared_ptr<Pair> pair_;
+  bool resets_before_{false};
+};
+
+/// Frames of all cameras, for the node's pipeline.
 class StereoGridNode::Frames final : public stereogrid::capture::FrameHandler {
  public:
-  Frames(StereoGridNode& node, stereogrid::Rig rig)
-      : node_{node}, rig_{rig}, messages_{node.sink_, rig, node.settings_.messages} {}
+  Frames(StereoGridNode& node, stereogrid::capture::LiveSource& source)
+      : node_{node}, source_{source}, rig_{source.rig()}, messages_{node.sink_, rig_, node.settings_.messages} {}
 
   [[nodiscard]] bool has_ended() const override { return node_.is_to_stop_; }
 
   [[nodiscard]] std::optional<PreparedFrame> next() override {
-    const std::shared_ptr<Pair> now{node_.current_pair()};
-    if (now != pair_) {
-      pair_ = now;
-      odometry_.reset();
-      resets_before_ = true;
-    }
-    pair_->set_tolerance(duration_of(node_.thresholds().pair_tolerance_s));
-    const std::string fault{pair_->fault()};
+    const std::string fault{source_.fault()};
     if (!fault.empty()) node_.warn(fault);
-    std::optional<stereogrid::capture::LiveFrame> live{pair_->next(100ms)};
+    std::optional<stereogrid::capture::LiveFrame> live{source_.next(100ms)};
     if (!live) return std::nullopt;
+    if (live->resets_before) odometry_.reset();
     PreparedFrame prepared{.frame = std::move(live->frame), .captured = live->captured};
-    prepared.frame.stamp_ns = nanoseconds(live->captured) + node_.clock_ns_;
-    node_.place(prepared, odometry_, pair_->rig());
-    prepared.resets_before = std::exchange(resets_before_, false);
+    prepared.resets_before = live->resets_before;
+    if (node_.settings_.poses == "images" && !prepared.frame.left.empty()) find_pose(prepared);
     return prepared;
   }
 
   void deliver(PreparedFrame& prepared, stereogrid::FrameResult& result) override {
     if (result.rig != rig_) messages_.set_rig(rig_ = result.rig);  // found in an earlier frame
     for (const stereogrid::Warning& warning : result.warnings) node_.warn(warning.text);
-    const std::vector<stereogrid::messages::Dropped> dropped{node_.dropped_by(*pair_)};
+    const std::vector<stereogrid::messages::Dropped> dropped{dropped_frames()};
     messages_.set_points_voxel(node_.thresholds().points_voxel_m);
     messages_.send(result, {.stamp_ns = prepared.frame.stamp_ns,
                             .frames = ++frames_,
@@ -312,27 +343,45 @@ class StereoGridNode::Frames final : public stereogrid::capture::FrameHandler {
   }
 
  private:
+  /// By visual odometry, which is of the first camera.
+  void find_pose(PreparedFrame& prepared) {
+    if (!odometry_) odometry_.emplace(source_.rig());
+    stereogrid::OdometryStep step{odometry_->update(prepared.frame)};
+    const stereogrid::Pose2 place{camera_place(source_.rig())};
+    const bool is_at_origin{place == stereogrid::Pose2{}};
+    prepared.frame.world_from_vehicle =
+        is_at_origin ? step.world_from_vehicle : place * step.world_from_vehicle * inverse(place);
+    if (is_at_origin) prepared.covariances = step.covariances;  // they are of the camera
+    prepared.warning = std::move(step.warning);
+  }
+
+  [[nodiscard]] std::vector<stereogrid::messages::Dropped> dropped_frames() const {
+    std::vector<stereogrid::messages::Dropped> dropped;
+    for (const stereogrid::capture::Drop& drop : source_.dropped()) dropped.push_back({drop.reason, drop.frames});
+    if (node_.refused_ > 0) {
+      dropped.push_back({"no transform of its instant, or refused by the pipeline", node_.refused_});
+    }
+    return dropped;
+  }
+
   StereoGridNode& node_;
+  stereogrid::capture::LiveSource& source_;
   stereogrid::Rig rig_;
   stereogrid::messages::FrameMessages messages_;
-  std::shared_ptr<Pair> pair_;
-  bool resets_before_{false};
   std::optional<stereogrid::VisualOdometry> odometry_;
   std::int64_t frames_{0};
 };
 
 void StereoGridNode::go_on() {
-  const stereogrid::Rig rig{current_pair()->rig()};
-  stereogrid::Pipeline pipeline{settings_.config, rig, settings_.pipeline};
-  Frames frames{*this, rig};
+  std::vector<stereogrid::capture::NamedSource> sources;
+  for (const auto& camera : cameras_) {
+    sources.push_back(
+        {camera->prefix.substr(0, camera->prefix.rfind('/')), std::make_unique<CameraSource>(*this, *camera)});
+  }
+  const auto source{stereogrid::capture::join_cameras(std::move(sources))};
+  stereogrid::Pipeline pipeline{settings_.config, source->rigs(), settings_.pipeline};
+  Frames frames{*this, *source};
   stereogrid::capture::run_frames(pipeline, frames);
-}
-
-std::vector<stereogrid::messages::Dropped> StereoGridNode::dropped_by(const Pair& pair) const {
-  std::vector<stereogrid::messages::Dropped> dropped;
-  for (const stereogrid::capture::Drop& drop : pair.dropped()) dropped.push_back({drop.reason, drop.frames});
-  if (refused_ > 0) dropped.push_back({"no transform of its instant, or refused by the pipeline", refused_});
-  return dropped;
 }
 
 }  // namespace stereogrid_ros

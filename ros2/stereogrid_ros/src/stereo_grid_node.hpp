@@ -46,6 +46,7 @@
 #include "settings.hpp"
 #include "stereogrid/capture/camera_pair.hpp"
 #include "stereogrid/capture/frame_loop.hpp"
+#include "stereogrid/capture/live_source.hpp"
 #include "stereogrid/io/ros_image.hpp"
 #include "stereogrid/messages/frame_messages.hpp"
 #include "stereogrid/messages/sink.hpp"
@@ -99,7 +100,7 @@ class PublisherSink final : public stereogrid::messages::Sink {
 };
 
 /// Subscribes to left/image_rect and left/camera_info, and to right/image_rect and right/camera_info, depth/image_rect
-/// or disparity; publishes grids while active.
+/// or disparity, of several cameras below their namespaces; publishes grids while active.
 class StereoGridNode final : public rclcpp_lifecycle::LifecycleNode {
  public:
   /// Active afterwards, unless the parameter autostart is false. Throws stereogrid::ConfigError: invalid parameters,
@@ -124,20 +125,33 @@ class StereoGridNode final : public rclcpp_lifecycle::LifecycleNode {
   using PreparedFrame = stereogrid::capture::PreparedFrame;
   using AddImage = std::function<void(Pair&, const stereogrid::io::RosImage&, stereogrid::capture::Clock::time_point)>;
   class Frames;
+  class CameraSource;
+
+  /// A stereo pair, or a camera with depth, which the node's mutex guards.
+  struct Camera {
+    std::string prefix;  ///< namespace of its topics, with a slash behind; "": the node's
+    std::array<std::optional<sensor_msgs::msg::CameraInfo>, 2> infos{};  ///< not yet used
+    std::atomic<double> baseline_m{0};  ///< baseline of the disparities; 0: none so far
+    std::array<std::int64_t, 2> newest_ns{};
+    stereogrid::io::Calibration calibration{};
+    std::shared_ptr<Pair> pair{};  ///< replaced after time has stepped back
+    std::string frame{};           ///< left camera's
+  };
 
   template <class Message, class Callback>
   void subscribe(const std::string& topic, Callback callback);
-  void subscribe_all();
+  void subscribe_all(const std::shared_ptr<Camera>& camera);
   /// Images of a transport of image_transport, which `add` adds to the pair.
-  void subscribe_images(Side side, const std::string& topic, const std::string& transport, const AddImage& add);
+  void subscribe_images(const std::shared_ptr<Camera>& camera, Side side, const std::string& topic,
+                        const std::string& transport, const AddImage& add);
   void stop();
   /// Thresholds are set; other parameters of configure are refused.
   [[nodiscard]] rcl_interfaces::msg::SetParametersResult set(const std::vector<rclcpp::Parameter>& parameters);
-  void take_info(Side side, const sensor_msgs::msg::CameraInfo& info);
-  void take_disparity(const stereo_msgs::msg::DisparityImage& disparity);
+  void receive_info(Camera& camera, Side side, const sensor_msgs::msg::CameraInfo& info);
+  void receive_disparity(Camera& camera, const stereo_msgs::msg::DisparityImage& disparity);
   /// Adds an image by `add` to the pair, if there is one.
-  void take(Side side, const builtin_interfaces::msg::Time& stamp,
-            const std::function<void(Pair&, stereogrid::capture::Clock::time_point)>& add);
+  void receive(Camera& camera, Side side, const builtin_interfaces::msg::Time& stamp,
+               const std::function<void(Pair&, stereogrid::capture::Clock::time_point)>& add);
   /// Logs a warning; the same text, numbers aside, at most once a minute.
   void warn(const std::string& text);
 
@@ -145,20 +159,19 @@ class StereoGridNode final : public rclcpp_lifecycle::LifecycleNode {
 
   // called by the thread
   void work();
-  [[nodiscard]] bool open_pair();
-  [[nodiscard]] bool has_infos() const;
+  [[nodiscard]] bool open_pair(Camera& camera);
+  [[nodiscard]] bool has_infos(const Camera& camera) const;
   /// `right`: empty unless the input is stereo.
   [[nodiscard]] stereogrid::io::Calibration calibration_of(
-      const sensor_msgs::msg::CameraInfo& left, const std::optional<sensor_msgs::msg::CameraInfo>& right) const;
-  [[nodiscard]] std::shared_ptr<Pair> current_pair();
+      const Camera& camera, const sensor_msgs::msg::CameraInfo& left,
+      const std::optional<sensor_msgs::msg::CameraInfo>& right) const;
+  [[nodiscard]] std::shared_ptr<Pair> current_pair(const Camera& camera);
   [[nodiscard]] stereogrid::capture::PairingOptions pairing() const;
   [[nodiscard]] Thresholds thresholds();
   void set_extrinsics_from_tf(stereogrid::Rig& rig, const std::string& camera_frame);
   [[nodiscard]] geometry_msgs::msg::Transform look_up(const std::string& target, const std::string& source,
                                                       const rclcpp::Time& instant);
   void go_on();
-  void place(PreparedFrame& prepared, std::optional<stereogrid::VisualOdometry>& odometry, const stereogrid::Rig& rig);
-  [[nodiscard]] std::vector<stereogrid::messages::Dropped> dropped_by(const Pair& pair) const;
 
   Settings settings_;  // read by the last on_configure()
   PublisherSink sink_{*this};
@@ -170,13 +183,8 @@ class StereoGridNode final : public rclcpp_lifecycle::LifecycleNode {
   std::mutex mutex_;  // guards the members up to failure_handler_
   std::condition_variable changed_;
   Thresholds thresholds_;
-  std::array<std::optional<sensor_msgs::msg::CameraInfo>, 2> infos_;  // not yet used
-  std::atomic<double> baseline_m_{0};                                 // baseline of the disparities; 0: none so far
-  std::array<std::int64_t, 2> newest_ns_{};
-  stereogrid::io::Calibration calibration_;
-  std::shared_ptr<Pair> pair_;                                            // replaced after time has stepped back
+  std::vector<std::shared_ptr<Camera>> cameras_;  // since the last activation; callbacks have them, too
   std::map<std::string, stereogrid::capture::Clock::time_point> warned_;  // by text without numbers
-  std::string camera_frame_;
   std::function<void()> failure_handler_;
 
   std::int64_t refused_{0};  // used by the thread only

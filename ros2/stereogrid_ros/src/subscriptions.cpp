@@ -36,7 +36,7 @@ std::size_t index_of(stereogrid::capture::Side side) {
   return side == stereogrid::capture::Side::left ? 0 : 1;
 }
 
-void add_depth(stereogrid::capture::CameraPair& pair, stereogrid::Image<float> depth_m, const char* name,
+void add_depth(stereogrid::capture::CameraPair& pair, stereogrid::Image<float> depth_m, const std::string& name,
                Clock::time_point at) {
   const stereogrid::Rig& rig{pair.rig()};
   pair.add_depth(stereogrid::io::fit_depth(std::move(depth_m), rig.width_px, rig.height_px, name), at);
@@ -49,82 +49,87 @@ void StereoGridNode::subscribe(const std::string& topic, Callback callback) {
   subscriptions_.push_back(create_subscription<Message>(topic, rclcpp::SensorDataQoS{}, std::move(callback)));
 }
 
-void StereoGridNode::subscribe_all() {
+void StereoGridNode::subscribe_all(const std::shared_ptr<Camera>& camera) {
   using sensor_msgs::msg::CameraInfo;
   const std::string images{settings_.are_rectified ? "/image_rect" : "/image_raw"};
-  const auto add_image = [](Side side, const char* name) {
-    return [=](Pair& pair, const RosImage& image, auto at) {
+  const auto add_image = [](Side side, const std::string& name) {
+    return [side, name](Pair& pair, const RosImage& image, auto at) {
       pair.add(side, stereogrid::io::decode_ros_image(image, name), at);
     };
   };
-  subscribe<CameraInfo>("left/camera_info", [this](const CameraInfo& info) { take_info(Side::left, info); });
-  subscribe_images(Side::left, "left" + images, settings_.image_transport, add_image(Side::left, "left image"));
+  const std::string& prefix{camera->prefix};
+  subscribe<CameraInfo>(prefix + "left/camera_info",
+                        [this, camera](const CameraInfo& info) { receive_info(*camera, Side::left, info); });
+  subscribe_images(camera, Side::left, prefix + "left" + images, settings_.image_transport,
+                   add_image(Side::left, prefix + "left image"));
   if (settings_.input == "depth") {
-    subscribe_images(Side::right, "depth" + images, settings_.depth_image_transport,
-                     [](Pair& pair, const RosImage& image, auto at) {
-                       constexpr const char* name{"depth image"};
+    subscribe_images(camera, Side::right, prefix + "depth" + images, settings_.depth_image_transport,
+                     [name = prefix + "depth image"](Pair& pair, const RosImage& image, auto at) {
                        add_depth(pair, stereogrid::io::decode_ros_depth(image, name), name, at);
                      });
   } else if (settings_.input == "disparity") {
     using stereo_msgs::msg::DisparityImage;
-    subscribe<DisparityImage>("disparity", [this](const DisparityImage& disparity) { take_disparity(disparity); });
+    subscribe<DisparityImage>(prefix + "disparity", [this, camera](const DisparityImage& disparity) {
+      receive_disparity(*camera, disparity);
+    });
   } else {
-    subscribe<CameraInfo>("right/camera_info", [this](const CameraInfo& info) { take_info(Side::right, info); });
-    subscribe_images(Side::right, "right" + images, settings_.image_transport, add_image(Side::right, "right image"));
+    subscribe<CameraInfo>(prefix + "right/camera_info",
+                          [this, camera](const CameraInfo& info) { receive_info(*camera, Side::right, info); });
+    subscribe_images(camera, Side::right, prefix + "right" + images, settings_.image_transport,
+                     add_image(Side::right, prefix + "right image"));
   }
 }
 
-void StereoGridNode::subscribe_images(Side side, const std::string& topic, const std::string& transport,
-                                      const AddImage& add) {
-  const auto receive = [this, side, add](const auto& message) {
-    take(side, message.header.stamp,
-         [&](Pair& pair, auto at) { add(pair, stereogrid::io::ros_image_of(message), at); });
+void StereoGridNode::subscribe_images(const std::shared_ptr<Camera>& camera, Side side, const std::string& topic,
+                                      const std::string& transport, const AddImage& add) {
+  const auto add_to = [this, camera, side, add](const auto& message) {
+    receive(*camera, side, message.header.stamp,
+            [&](Pair& pair, auto at) { add(pair, stereogrid::io::ros_image_of(message), at); });
   };
   using sensor_msgs::msg::CompressedImage;
   using sensor_msgs::msg::Image;
   if (transport == "raw") {
-    subscribe<Image>(topic, [receive](const Image& message) { receive(message); });
+    subscribe<Image>(topic, [add_to](const Image& message) { add_to(message); });
   } else {
-    subscribe<CompressedImage>(topic + "/" + transport,
-                               [receive](const CompressedImage& message) { receive(message); });
+    subscribe<CompressedImage>(topic + "/" + transport, [add_to](const CompressedImage& message) { add_to(message); });
   }
 }
 
-void StereoGridNode::take_info(Side side, const sensor_msgs::msg::CameraInfo& info) {
+void StereoGridNode::receive_info(Camera& camera, Side side, const sensor_msgs::msg::CameraInfo& info) {
   const std::scoped_lock lock{mutex_};
-  if (pair_) return;
-  infos_.at(index_of(side)) = info;
+  if (camera.pair) return;
+  camera.infos.at(index_of(side)) = info;
   changed_.notify_all();
 }
 
-void StereoGridNode::take_disparity(const stereo_msgs::msg::DisparityImage& disparity) {
-  if (baseline_m_ == 0 && disparity.t != 0) {
+void StereoGridNode::receive_disparity(Camera& camera, const stereo_msgs::msg::DisparityImage& disparity) {
+  if (camera.baseline_m == 0 && disparity.t != 0) {
     const std::scoped_lock lock{mutex_};
-    baseline_m_ = std::abs(disparity.t);
+    camera.baseline_m = std::abs(disparity.t);
     changed_.notify_all();
   }
-  take(Side::right, disparity.header.stamp, [&](Pair& pair, auto at) {
-    constexpr const char* name{"disparity image"};
+  receive(camera, Side::right, disparity.header.stamp, [&](Pair& pair, auto at) {
+    const std::string name{camera.prefix + "disparity image"};
     const auto disparities{stereogrid::io::ros_disparities_of(disparity)};
     add_depth(pair, stereogrid::io::decode_ros_disparities(disparities, name), name, at);
   });
 }
 
-void StereoGridNode::take(Side side, const builtin_interfaces::msg::Time& stamp,
-                          const std::function<void(Pair&, Clock::time_point)>& add) {
+void StereoGridNode::receive(Camera& camera, Side side, const builtin_interfaces::msg::Time& stamp,
+                             const std::function<void(Pair&, Clock::time_point)>& add) {
   const std::int64_t stamp_ns{rclcpp::Time{stamp}.nanoseconds()};
   std::shared_ptr<Pair> pair;
   {
     const std::scoped_lock lock{mutex_};
-    if (!pair_) return;
-    std::int64_t& newest_ns{newest_ns_.at(index_of(side))};
+    if (!camera.pair) return;
+    std::int64_t& newest_ns{camera.newest_ns.at(index_of(side))};
     if (stamp_ns + step_back_ns < newest_ns) {
       RCLCPP_INFO(get_logger(), "the stamps of the images step back: restart");
-      newest_ns_.fill(stamp_ns);
-      pair_ = std::make_shared<Pair>(calibration_, pairing());
+      camera.newest_ns.fill(stamp_ns);
+      camera.pair = std::make_shared<Pair>(camera.calibration, pairing());
     }
     newest_ns = std::max(newest_ns, stamp_ns);
-    pair = pair_;
+    pair = camera.pair;
   }
   try {
     add(*pair, Clock::time_point{std::chrono::nanoseconds{stamp_ns - clock_ns_}});
