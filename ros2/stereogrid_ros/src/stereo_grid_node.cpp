@@ -379,7 +379,9 @@ void StereoGridNode::go_on() {
         {camera->prefix.substr(0, camera->prefix.rfind('/')), std::make_unique<CameraSource>(*this, *camera)});
   }
   const auto source{stereogrid::capture::join_cameras(std::move(sources))};
-  stereogrid::Pipeline pipeline{settings_.config, source->rigs(), settings_.pipeline};
+  stereogrid::PipelineOptions options{settings_.pipeline};
+  options.camera_names = source->camera_names();
+  stereogrid::Pipeline pipeline{settings_.config, source->rigs(), options};
   Frames frames{*this, *source};
   stereogrid::capture::run_frames(pipeline, frames);
 }
