@@ -173,8 +173,8 @@ export class CameraStrip {
     if (this.#tiles.length !== cameras.length || this.#tiles.some(({ camera }, i) => camera !== cameras[i])) {
       this.#tiles = cameras.map((camera) => this.#newTile(camera));
       this.list.replaceChildren(...this.#tiles.map(({ element }) => element));
-      if (!cameras.includes(this.#large)) this.#enlarge(cameras[0]);
       for (const { name } of this.#tiles) name.hidden = cameras.length === 1;
+      this.#enlarge(cameras.includes(this.#large) ? this.#large : cameras[0]);
     }
     this.mountings = mountings;
     for (const camera of cameras) for (const key of ['info', 'image', 'disparities']) this.receive(key, camera);
