@@ -24,17 +24,17 @@ CameraPipeline::CameraPipeline(CameraSetup setup, Cpu& cpu)
       ground_space_{rig_},
       clusters_{rig_, config_.u_disparity, config_.matching.disparities, state_.scene_flow.points_reserved()} {}
 
-CameraFrame CameraPipeline::begin(const LevelFrame& frame, const FrameGrids& grids, FrameResult& result) {
+void CameraPipeline::begin(CameraFrame& now) {
+  const LevelFrame& frame{now.frame};
   if (frame.restarts) reset();
-  CameraFrame now{frame, grids, result, estimator_.expected(state_.ground, frame.dt_s)};
-  result.has_images = true;
+  now.expected = estimator_.expected(state_.ground, frame.dt_s);
+  now.result.has_images = true;
   now.has_own_changed = find_own_surface(frame);
-  stages_->match(frame, grids, state_.alignment, {now.expected});  // III-C, or external disparities
+  stages_->match(frame, now.grids, state_.alignment, {now.expected});  // III-C, or external disparities
   if (frame.has_external_disparity()) {
     std::string excess{excess_of(frame.disparity, config_.matching.disparities)};
-    if (!excess.empty()) result.warnings.push_back({std::move(excess)});
+    if (!excess.empty()) now.result.warnings.push_back({std::move(excess)});
   }
-  return now;
 }
 
 void CameraPipeline::look(CameraFrame& now) {

@@ -87,7 +87,7 @@ class CameraPipeline {
   CameraPipeline(CameraSetup setup, Cpu& cpu);
 
   /// Begins a frame: enqueues its matching on the expected ground.
-  [[nodiscard]] CameraFrame begin(const LevelFrame& frame, const FrameGrids& grids, FrameResult& result);
+  void begin(CameraFrame& now);
   /// Matches, tracked features, ground and terrain of the frame.
   void look(CameraFrame& now);
   /// A frame in which the camera has no images.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -75,7 +76,7 @@ std::span<const NewExtrinsics> FramePipeline::process(const FrameSet& frame, Fra
   at(0).stages().both(
       cpu_, [&] { filter(grids, false, result); },
       [&] {
-        for (CameraFrame& now : now_) now.rejection = of(now).check(now);
+        for_cameras([](CameraPipeline& camera, CameraFrame& now) { now.rejection = camera.check(now); });
         return true;
       });
   for (CameraFrame& now : now_) of(now).settle(now, now.rejection);
@@ -90,9 +91,7 @@ std::span<const NewExtrinsics> FramePipeline::process(const FrameSet& frame, Fra
   }
   is_first_ = false;
   cpu_.together([&] { update_tracks(frame, result); },
-                [&] {
-                  for (CameraFrame& now : now_) of(now).add_features(now);
-                });
+                [&] { for_cameras([](CameraPipeline& camera, CameraFrame& now) { camera.add_features(now); }); });
   result.timing_ms.flow += std::exchange(filter_flow_ms_, 0);
   for (const CameraFrame& now : now_) {
     result.timing_ms.ground += now.times.ground;
@@ -101,6 +100,13 @@ std::span<const NewExtrinsics> FramePipeline::process(const FrameSet& frame, Fra
   }
   if (!has_one_camera()) report_cameras(result);
   return new_extrinsics_;
+}
+
+template <class Work>
+void FramePipeline::for_cameras(const Work& work) {
+  cpu_.for_ranges(static_cast<int>(now_.size()), 1, [&](int begin, int end) {
+    for (CameraFrame& now : std::span{now_}.subspan(begin, end - begin)) work(of(now), now);
+  });
 }
 
 void FramePipeline::reset() {
@@ -134,9 +140,10 @@ void FramePipeline::look(const FrameSet& frame, FrameResult& result) {
   now_.clear();
   for (const LevelFrame& one : frame.cameras) {
     FrameResult& seen{has_one_camera() ? result : result.cameras[static_cast<std::size_t>(one.camera)]};
-    now_.push_back(at(one.camera).begin(one, grids_of(frame, one.world_from_camera), seen));
+    now_.push_back({one, grids_of(frame, one.world_from_camera), seen});
   }
-  for (CameraFrame& now : now_) of(now).look(now);
+  for_cameras([](CameraPipeline& camera, CameraFrame& now) { camera.begin(now); });
+  for_cameras([](CameraPipeline& camera, CameraFrame& now) { camera.look(now); });
   for (int camera{0}; camera < static_cast<int>(cameras_.size()); ++camera) {
     if (has_frame(camera)) continue;
     at(camera).look_at_nothing(grids_of(frame, frame.world_from_vehicle));
@@ -149,7 +156,9 @@ void FramePipeline::look(const FrameSet& frame, FrameResult& result) {
 }
 
 void FramePipeline::filter(const FrameGrids& grids, bool is_checked, FrameResult& result) {
-  for (const CameraFrame& now : now_) of(now).observe(now, !is_checked || now.is_usable());
+  for_cameras([is_checked](CameraPipeline& camera, const CameraFrame& now) {
+    camera.observe(now, !is_checked || now.is_usable());
+  });
   if (!has_one_camera()) {
     observed_.clear();
     for (const CameraFrame& now : now_) observed_.push_back({&of(now).stages(), &now.result});

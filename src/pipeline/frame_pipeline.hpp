@@ -52,6 +52,9 @@ class FramePipeline {
   [[nodiscard]] bool has_one_camera() const { return cameras_.size() == 1; }
   [[nodiscard]] CameraPipeline& at(int camera) { return *cameras_[static_cast<std::size_t>(camera)]; }
   [[nodiscard]] CameraPipeline& of(const CameraFrame& now) { return at(now.frame.camera); }
+  /// Calls work(camera, now) for each camera of the frame, at the same time if there are threads for it.
+  template <class Work>
+  void for_cameras(const Work& work);
   [[nodiscard]] FrameGrids grids_of(const FrameSet& frame, const Pose2& world_from_camera) const;
   void look(const FrameSet& frame, FrameResult& result);
   [[nodiscard]] bool has_frame(int camera) const;
