@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <deque>
 #include <iterator>
@@ -118,9 +119,9 @@ class CameraSet final : public LiveSource {
   std::optional<std::int64_t> last_ns_;
   bool resets_before_{false};
   std::int64_t sets_{0};
+  std::atomic<std::int64_t> unused_{0};
 
-  mutable std::mutex mutex_;  // protects the members below
-  std::int64_t unused_{0};
+  mutable std::mutex mutex_;  // protects the member below
   std::string other_clocks_;
 };
 
@@ -149,7 +150,6 @@ void CameraSet::receive(Member& member) {
   }
   if (member.waiting.size() <= frames_kept) return;
   member.waiting.pop_front();
-  const std::scoped_lock lock{mutex_};
   ++unused_;
 }
 
@@ -186,7 +186,6 @@ std::optional<LiveFrame> CameraSet::make_set() {
   first->used = Clock::now();
   const std::int64_t stamp_ns{set.frame.stamp_ns};
   if (last_ns_ && stamp_ns <= *last_ns_) {
-    const std::scoped_lock lock{mutex_};
     ++unused_;
     return std::nullopt;
   }
@@ -197,9 +196,11 @@ std::optional<LiveFrame> CameraSet::make_set() {
   set.frame.world_from_vehicle = own.world_from_vehicle;
   for (std::size_t i{0}; i < members_.size(); ++i) {
     Member& member{members_[i]};
+    const std::size_t waiting{member.waiting.size()};
     std::optional<StereoFrame> frame{&member == first ? std::optional{std::move(own)}
                                                       : member.pop_nearest(stamp_ns, tolerance_ns(member, *first))};
     if (!frame) continue;
+    if (&member != first) unused_ += static_cast<std::int64_t>(waiting - member.waiting.size()) - 1;
     frame->camera = static_cast<int>(i);
     i == 0 ? set.frame = *std::move(frame) : set.frame.others.emplace_back(*std::move(frame));
   }
@@ -238,7 +239,6 @@ std::vector<Drop> CameraSet::dropped() const {
     for (const Drop& drop : member.source->dropped())
       drops.push_back({fmt::format("{}: {}", member.name, drop.reason), drop.frames});
   }
-  const std::scoped_lock lock{mutex_};
   if (unused_ > 0) drops.push_back({"no frame of the first camera beside it", unused_});
   return drops;
 }

@@ -238,7 +238,7 @@ void place_in_vehicle(io::ForeignRecording& found, const mcap::Bag& bag, const B
   TransformBuffer transforms;
   add_static_transforms(transforms, bag);
   const std::string place{
-      place_camera(*found.calibration, transforms, frames.vehicle, frames.camera, bag_name + ", " + images)};
+      place_camera(found.calibration.value(), transforms, frames.vehicle, frames.camera, bag_name + ", " + images)};
   found.notes.push_back(images + ": " + place);
 }
 

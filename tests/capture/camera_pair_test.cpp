@@ -283,6 +283,19 @@ TEST_F(CameraSet, UsesAFrameOfASlowerCameraOnce) {
   EXPECT_THAT(others, ElementsAre(1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0));
 }
 
+TEST_F(CameraSet, CountsFramesOfAFasterCameraThatAreNotUsed) {
+  run_until(200ms);
+  for (int i{0}; i < 3; ++i) {  // every 100 and 50 ms
+    for (const auto later : {0ms, 50ms}) {
+      add(1, 200ms + i * 100ms + later);
+      EXPECT_FALSE(set_->next(0ms));
+    }
+    add(0, 250ms + i * 100ms);
+    EXPECT_THAT(wait_for_frame(*set_)->frame.others, SizeIs(1));
+  }
+  EXPECT_EQ(dropped(*set_, "no frame of the first camera beside it"), 3);
+}
+
 TEST_F(CameraSet, GoesOnWithoutACameraThatStops) {
   run_until(300ms);
   for (int i{0}; i < 3; ++i) {

@@ -161,8 +161,8 @@ TEST(DdsTool, TfGivesTheCamerasPoseAndItsMounting) {
 TEST(DdsTool, SeveralPairsMakeOneGridAndOneThatStopsIsNamed) {
   RobotStatePublisher robot;
   RobotStatePublisher::Message places;
-  robot.add(places, "front_optical", {0.5, 0, 1.1}, {-0.5, 0.5, -0.5, 0.5});
-  robot.add(places, "rear_optical", {-0.5, 0, 1.1}, {-0.5, -0.5, 0.5, 0.5});
+  RobotStatePublisher::add(places, "front_optical", {0.5, 0, 1.1}, {-0.5, 0.5, -0.5, 0.5});
+  RobotStatePublisher::add(places, "rear_optical", {-0.5, 0, 1.1}, {-0.5, -0.5, 0.5, 0.5});
   robot.send(places);
   Peer map{grids("/stereo_grid/occupancy_grid", 40, 60)};
   Peer observed{grids("/stereo_grid/observed_grid", 1, 60)};

@@ -132,6 +132,10 @@ def test_folders_and_runs(around: sg.Recording, tmp_path: Path) -> None:
     around.save(tmp_path / "drive")
     assert (tmp_path / "drive/camera2/calibration.yaml").exists()
     drive = sg.open(tmp_path / "drive")
+    two = sg.open(tmp_path / "drive", cameras=["camera2", "camera0"])
+    assert [repr(rig) for rig in two.rigs] == [repr(drive.rigs[2]), repr(drive.rigs[0])]
+    with pytest.raises(sg.ConfigError, match="camera2 twice"):
+        sg.open(tmp_path / "drive", cameras=["camera2", "camera2/"])
     for rig, original in zip(drive.rigs, around.rigs):
         assert rig.camera_yaw_rad == pytest.approx(original.camera_yaw_rad)
     run = sg.run(drive, tmp_path / "run", config=config_around())

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <numbers>
 #include <span>
 #include <string>
 
@@ -122,7 +123,7 @@ class Ros2Cameras : public Ros2Node {
 TEST_F(Ros2Cameras, MakeOneGridAndTheRearOneGoesOnAlone) {
   Kept kept;
   const std::array rigs{rig(0), rig(1)};
-  EXPECT_NEAR(rigs[1].camera_yaw_rad, M_PI, 1e-9);
+  EXPECT_NEAR(rigs[1].camera_yaw_rad, std::numbers::pi, 1e-9);
   stereogrid::Config config;
   config.grid.rear_m = 10;
   stereogrid::Pipeline pipeline{config, rigs};

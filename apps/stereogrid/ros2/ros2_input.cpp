@@ -147,6 +147,44 @@ Ros2Camera wait_for_camera(dds::Node& node, const InputOptions& options, bool ne
   return camera;
 }
 
+/// Sets and logs extrinsics of TF: those of cameras whose calibration has none, or the places of all (`are_placed`).
+/// Returns true if all were measured: by the calibration, or above base_footprint.
+bool find_extrinsics(std::vector<Ros2Camera>& cameras, rosbag::TransformBuffer& transforms, const std::string& base,
+                     bool are_placed) {
+  bool are_measured{true};
+  for (Ros2Camera& camera : cameras) {
+    io::Calibration& calibration{camera.calibration};
+    const std::string images{io::printable(camera.found.left.name)};
+    if (are_placed)
+      spdlog::info("{}: {}", images, rosbag::place_camera(calibration, transforms, base, camera.frame, images));
+    are_measured = are_measured && calibration.has_extrinsics;
+    if (are_placed) {
+      calibration.has_extrinsics = true;
+    } else if (!calibration.has_extrinsics) {
+      calibration.has_extrinsics = set_extrinsics_of_tf(calibration.rig, transforms, base, camera.frame);
+    }
+  }
+  return are_measured;
+}
+
+/// Subscribes to the images of all cameras. `setup`: without those of one camera.
+std::unique_ptr<capture::LiveSource> open_sources(const std::shared_ptr<dds::Node>& node,
+                                                  const std::vector<Ros2Camera>& cameras, Ros2Setup setup) {
+  std::vector<capture::NamedSource> sources;
+  for (const Ros2Camera& camera : cameras) {
+    spdlog::info("{} and {}, {}", io::printable(camera.found.left.name), rosbag::second_of(camera.found.images),
+                 camera.calibration.kind);
+    log_calibration(camera.calibration);
+    setup.left = camera.found.left;
+    setup.right = camera.found.right;
+    setup.calibration = camera.calibration;
+    setup.pairing.has_depth = camera.found.images.has_depth();
+    setup.camera_frame = camera.frame;
+    sources.push_back({camera.name, std::make_unique<Ros2Source>(node, setup)});
+  }
+  return capture::join_cameras(std::move(sources));
+}
+
 void check_options(const InputOptions& options, const Ros2Options& ros2) {
   if (!options.cameras.empty() &&
       (!options.calibration.empty() || !options.mask.empty() || !options.left_topic.empty() ||
@@ -154,7 +192,7 @@ void check_options(const InputOptions& options, const Ros2Options& ros2) {
     throw ConfigError{
         "--calibration, --mask, --left-topic, --right-topic and --ros2-camera-at are of one camera, but --cameras "
         "lists "
-        "namespaces."};
+        "several."};
   }
   if (!options.disparities.empty() || !options.depth.empty()) {
     throw ConfigError{"--disparities and --depth are of recordings, but SOURCE is ROS 2."};
@@ -233,21 +271,11 @@ LiveInput open_ros2_input(const InputOptions& options, FusedSource fused, Ros2Op
     read_frames_of_odometry(*node, options.poses, base, is_world_named ? nullptr : &ros2.frames[0]);
     name_frames(ros2, base, camera);
   }
-  LiveInput live;
-  bool are_measured{true};  // extrinsics of all cameras
-  for (Ros2Camera& one : cameras) {
-    io::Calibration& calibration{one.calibration};
-    bool is_measured{calibration.has_extrinsics};
-    if (is_place_of_tf) wait_for_place(*transforms, base, one.frame, one.found.left, are_placed);
-    if (are_placed) {
-      const std::string images{io::printable(one.found.left.name)};
-      spdlog::info("{}: {}", images, rosbag::place_camera(calibration, *transforms, base, one.frame, images));
-      is_measured = std::exchange(calibration.has_extrinsics, true);  // logged here
-    } else if (!is_measured) {
-      calibration.has_extrinsics = set_extrinsics_of_tf(calibration.rig, *transforms, base, one.frame);
-    }
-    are_measured = are_measured && is_measured;
+  if (is_place_of_tf) {
+    for (const Ros2Camera& one : cameras) wait_for_place(*transforms, base, one.frame, one.found.left, are_placed);
   }
+  LiveInput live;
+  live.recording.extrinsics_given = find_extrinsics(cameras, *transforms, base, are_placed);
   if (has_poses) {
     spdlog::info("poses of {}: {} in {} on {}", is_of_tf && !camera ? "the camera" : "the vehicle",
                  io::printable(is_of_tf && !camera ? first.frame : base, 60), io::printable(ros2.frames[0], 60),
@@ -259,32 +287,20 @@ LiveInput open_ros2_input(const InputOptions& options, FusedSource fused, Ros2Op
         subscribe_grids(*node, options, {first.frame, has_poses ? ros2.frames[0] : "", place, transforms});
   }
   live.kind = options.paths.front();
-  live.recording.extrinsics_given = are_measured;
   live.in_world_of_poses = has_poses;
   live.poses = has_poses ? PoseSource::input : options.poses == "none" ? PoseSource::none : PoseSource::odometry;
   const std::filesystem::path mask{options.mask.empty() ? first.calibration.mask : std::filesystem::path{options.mask}};
   if (!mask.empty()) live.mask = io::read_mask(mask, first.calibration);
   const std::chrono::duration<double, std::milli> tolerance{options.pair_tolerance_ms};
-  std::vector<capture::NamedSource> sources;
-  for (const Ros2Camera& one : cameras) {
-    spdlog::info("{} and {}, {}", io::printable(one.found.left.name), rosbag::second_of(one.found.images),
-                 one.calibration.kind);
-    log_calibration(one.calibration);
-    const Ros2Setup setup{.left = one.found.left,
-                          .right = one.found.right,
-                          .calibration = one.calibration,
-                          .pairing = {.tolerance = std::chrono::duration_cast<std::chrono::nanoseconds>(tolerance),
-                                      .has_depth = one.found.images.has_depth()},
-                          .poses = has_poses && !is_of_tf ? options.poses : "",
-                          .world_frame = is_of_tf ? ros2.frames[0] : "",
-                          .base_frame = base,
-                          .camera_frame = one.frame,
-                          .transforms = transforms,
-                          .base_from_camera = camera,
-                          .uses_sim_time = ros2.uses_sim_time};
-    sources.push_back({one.name, std::make_unique<Ros2Source>(node, setup)});
-  }
-  live.source = capture::join_cameras(std::move(sources));
+  Ros2Setup setup;
+  setup.pairing.tolerance = std::chrono::duration_cast<std::chrono::nanoseconds>(tolerance);
+  setup.poses = has_poses && !is_of_tf ? options.poses : "";
+  setup.world_frame = is_of_tf ? ros2.frames[0] : "";
+  setup.base_frame = base;
+  setup.transforms = transforms;
+  setup.base_from_camera = camera;
+  setup.uses_sim_time = ros2.uses_sim_time;
+  live.source = open_sources(node, cameras, setup);
   return live;
 }
 

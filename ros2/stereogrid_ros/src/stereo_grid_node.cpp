@@ -20,7 +20,10 @@
 #include <cctype>
 #include <chrono>
 #include <iterator>
+#include <memory>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include <rclcpp_components/register_node_macro.hpp>
 

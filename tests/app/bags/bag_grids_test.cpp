@@ -83,6 +83,24 @@ TEST_F(BagGrids, AreFusedWhereTfPutsThem) {
   EXPECT_THAT(run_tool({"info", bag()}).output, HasSubstr("/camera/occupancy in 'camera_link'"));
 }
 
+TEST_F(BagGrids, LieInTheVehicleOfPlacedCameras) {
+  std::vector<Entry> all{with_grids(add_occupancy)};
+  for (Entry& one : all) {
+    if (one.topic.starts_with("/left/") || one.topic.starts_with("/right/")) one.topic = "/front" + one.topic;
+  }
+  TFMessage robot;  // camera_link 1 m ahead of base_link
+  robot.transforms.resize(1);
+  robot.transforms[0].header.frame_id = "base_link";
+  robot.transforms[0].child_frame_id = "camera_link";
+  robot.transforms[0].transform = {{1, 0, 1.65}, {0, 0, 0, 1}};
+  all.push_back(entry("/tf_static", start_ns, robot));
+  const Outcome run{run_fused(all, {"--cameras", "/front"})};
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_THAT(run.errors, HasSubstr("1.20 m ahead, 0.00 m and 0.0° to the left in base_link"));
+  EXPECT_GT(value_at("observed", 4.3, 0), 0.6);
+  EXPECT_LT(value_at("observed", 5.3, 0), 0.4);
+}
+
 TEST_F(BagGrids, HaveTheConfidenceOfTheirCertainty) {
   ASSERT_EQ(run_fused(with_grids(add_occupancy)).exit_code, 0);
   const double binary{value_at("observed", 3.3, 0)};
