@@ -63,6 +63,23 @@ struct MemoryUse {
   std::size_t device_bytes{0};  ///< device memory of a GPU
 };
 
+/// FrameImages in the memory of a pipeline's GPU. Luma planes of NV12 are such images. Pitches are at least the width.
+struct DeviceImages {
+  View<const std::uint8_t, Device> left{};
+  View<const std::uint8_t, Device> right{};
+  View<const float, Device> disparity{};
+  std::uintptr_t stream{0};  ///< the cudaStream_t that writes them; 0: CUDA's default stream
+};
+
+/// A result's grids in the memory of a pipeline's GPU, without gaps, [iy][ix]. `vehicle` and `world` are 8 layers each:
+/// occupancy, velocity_x, velocity_y, age_s, velocity_xx, velocity_xy, velocity_yy, moving, as in GridLayers.
+struct DeviceGrids {
+  const float* observed;
+  const float* vehicle;
+  const float* world;
+  std::uintptr_t event;  ///< the cudaEvent_t to wait for before they are read
+};
+
 /// Computes occupancy grids and obstacle tracks from stereo frames (T-ITS 2012, with the Bayesian Occupancy Filter).
 ///
 /// Not thread-safe: one pipeline serves the cameras of one vehicle, one frame after the other. process(), reset(),
@@ -115,6 +132,14 @@ class STEREOGRID_EXPORT Pipeline {
   /// Reads `images` in place of those of `frame`, without a copy. Their memory must not change during the call. Throws
   /// InputError also for images without pixels and for rows that overlap.
   void process(const StereoFrame& frame, const FrameImages& images, FrameResult& into);
+
+  /// process() with images in the memory of the pipeline's GPU. They are copied to the host, once, where tracking,
+  /// terrain and obstacles read them; waits for that. Frames of other cameras are in the host's memory. Throws
+  /// ConfigError unless back_end() is cuda. DeviceError does not make `automatic` continue on the CPU during the copy.
+  void process_from_device(const StereoFrame& frame, const DeviceImages& images, FrameResult& into);
+  /// Copies the grids of a result of this pipeline to its GPU, as the host completes them. The memory belongs to the
+  /// pipeline and is valid until its next call. Throws ConfigError unless back_end() is cuda.
+  [[nodiscard]] DeviceGrids device_grids(const FrameResult& result);
 
   /// Resets the state: the next frame counts as a first one, whatever its stamp. Filter, tracks, features, ground and
   /// row offsets restart as at construction; estimated extrinsics are kept. The world frame continues: ids are not

@@ -37,6 +37,9 @@ class FramePipeline {
   void reset();
   /// Replaces the pixels without disparities.
   void set_mask(int camera, PixelMask mask) { at(camera).stages().set_mask(std::move(mask)); }
+  /// See Stages.
+  void fetch(int camera, const DeviceImages& images, StereoFrame& into) { at(camera).stages().fetch(images, into); }
+  [[nodiscard]] DeviceGrids send(const FrameResult& result) { return at(0).stages().send(result); }
   /// Continues the ids of obstacles of `before`, and what it has found of the vehicle itself.
   void continue_from(const FramePipeline& before);
 

@@ -20,6 +20,7 @@
 #include "pipeline/host_workspace.hpp"
 #include "pipeline/results.hpp"
 #include "pipeline/stages.hpp"
+#include "stereogrid/error.hpp"
 
 namespace stereogrid {
 
@@ -124,11 +125,20 @@ class HostStages final : public Stages {
     if (options_.stage_images) result.stages.match_confidence = matches.confidence;
   }
 
+  void fetch(const DeviceImages&, StereoFrame&) override { throw_without_device(); }
+  DeviceGrids send(const FrameResult&) override { throw_without_device(); }
+
   void exchange(StateArchive archive) override {
     std::visit([this](auto* state) { (*state)(space_.filtered); }, archive);
   }
 
  private:
+  [[noreturn]] static void throw_without_device() {
+    throw ConfigError{
+        "This pipeline runs on the CPU and has no device memory. Give images in the host's memory, or the back end "
+        "cuda; Pipeline::why_not_cuda() has the reason of automatic."};
+  }
+
   // A prediction is a step in which nothing is seen.
   void predict(const Pose2& world_from_vehicle, FrameResult& result) {
     PredictionWorkspace& ahead{*space_.prediction};

@@ -120,6 +120,21 @@ struct Pipeline::Implementation {
     process_frames(into);
   }
 
+  void process(const StereoFrame& frame, const DeviceImages& images, FrameResult& into) {
+    const auto sized_as = []<class T>(View<const T, Device> view) {
+      return View<const T>{view.data, view.width, view.height, view.pitch};
+    };
+    frames_in.clear();
+    frames_in.push_back({frame, {sized_as(images.left), sized_as(images.right), sized_as(images.disparity)}});
+    input.check(frames_in);  // reads no pixels
+    for (const std::ptrdiff_t pitch : {images.left.pitch, images.right.pitch, images.disparity.pitch}) {
+      if (pitch < 0)
+        throw InputError{"frame " + frame.name, "has a negative pitch in device memory.", "Turn the image."};
+    }
+    frames->fetch(frame.camera, images, fetched);
+    process(frame, static_cast<FrameImages>(fetched), into);
+  }
+
   // Without StagesOptions::stage_images the stages work in images of the pipeline's own.
   void process_frames(FrameResult& into) {
     input.check(frames_in);
@@ -324,6 +339,7 @@ struct Pipeline::Implementation {
   Cpu cpu;
   std::string why_not_cuda;
   FrameResult result;
+  StereoFrame fetched;  // images of process_from_device()
   FrameInput input;
   std::unique_ptr<FramePipeline> frames;
   std::vector<StageImages> unwanted_stages;    // by camera
@@ -367,6 +383,18 @@ void Pipeline::process(const StereoFrame& frame, const FrameImages& images, Fram
   self.process(frame, images, into);
 }
 
+void Pipeline::process_from_device(const StereoFrame& frame, const DeviceImages& images, FrameResult& into) {
+  Implementation& self{implementation()};
+  const Exclusive use{self.in_use};
+  self.process(frame, images, into);
+}
+
+DeviceGrids Pipeline::device_grids(const FrameResult& result) {
+  Implementation& self{implementation()};
+  const Exclusive use{self.in_use};
+  return self.frames->send(result);
+}
+
 void Pipeline::reset() {
   Implementation& self{implementation()};
   const Exclusive use{self.in_use};
@@ -401,7 +429,8 @@ MemoryUse Pipeline::memory_use() const {
   const Implementation& self{implementation()};
   MemoryUse use{self.frames->memory_use()};
   use.host_bytes += sizeof self + self.input.memory_bytes() +
-                    memory_bytes_of(self.options.mask, self.options.other_masks, self.result, self.unwanted_stages);
+                    memory_bytes_of(self.options.mask, self.options.other_masks, self.result, self.unwanted_stages,
+                                    self.fetched.left, self.fetched.right, self.fetched.disparity);
   return use;
 }
 BackEnd Pipeline::back_end() const {

@@ -50,6 +50,18 @@ void fetch_image(Cuda& cuda, const DeviceImage<T>& device, Image<T>& image) {
   download(cuda, device.data(), image.size(), image.data());
 }
 
+// Calls work(image) for the grids of a result in their order.
+template <class Result, class Work>
+void for_packed(Result& result, const Work& work) {
+  work(result.observed);
+  for (auto* grid : {&result.world, &result.vehicle}) {
+    for (auto* image : {&grid->occupancy, &grid->velocity_x, &grid->velocity_y, &grid->age_s, &grid->velocity_xx,
+                        &grid->velocity_xy, &grid->velocity_yy, &grid->moving}) {
+      work(*image);
+    }
+  }
+}
+
 // Behind `end`, where anything can begin.
 std::size_t next_part(std::size_t end) {
   constexpr std::size_t alignment{256};
@@ -79,18 +91,15 @@ PackedGrids::PackedGrids(const GridSizes& sizes)
       vehicle{world + LayersOnDevice::floats_of(sizes.filtered_window, sizes.filtered_window)},
       size{vehicle + LayersOnDevice::floats_of(sizes.filtered_vehicle.nx, sizes.filtered_vehicle.ny)} {}
 
-void PackedGrids::copy_to(const float* packed, FrameResult& result) const {
-  const auto take = [&](Image<float>& image) {
+void PackedGrids::copy_to(const float* packed, FrameResult& result) {
+  for_packed(result, [&](Image<float>& image) {
     std::copy_n(packed, image.size(), image.data());
     packed += image.size();
-  };
-  take(result.observed);
-  for (GridLayers* grid : {&result.world, &result.vehicle}) {
-    for (Image<float>* image : {&grid->occupancy, &grid->velocity_x, &grid->velocity_y, &grid->age_s,
-                                &grid->velocity_xx, &grid->velocity_xy, &grid->velocity_yy, &grid->moving}) {
-      take(*image);
-    }
-  }
+  });
+}
+
+void PackedGrids::copy_from(const FrameResult& result, float* packed) {
+  for_packed(result, [&](const Image<float>& image) { packed = std::copy_n(image.data(), image.size(), packed); });
 }
 
 HostMemory::HostMemory(const Rig& rig, const GridSizes& sizes, std::size_t relief_size)
@@ -195,6 +204,10 @@ void StreamTimes::mark(Cuda& cuda, Mark which) {
   check_cuda(is_in_graph ? cudaEventRecordWithFlags(events_[which], cuda.stream(), cudaEventRecordExternal)
                          : cudaEventRecord(events_[which], cuda.stream()),
              "mark a time");
+}
+
+void StreamTimes::mark(cudaStream_t stream, Mark which) {
+  check_cuda(cudaEventRecord(events_[which], stream), "mark a stream");
 }
 
 void StreamTimes::wait_for(Mark which) {

@@ -82,7 +82,8 @@ struct GridSizes {
 struct PackedGrids {
   explicit PackedGrids(const GridSizes& sizes);
 
-  void copy_to(const float* packed, FrameResult& result) const;
+  static void copy_to(const float* packed, FrameResult& result);
+  static void copy_from(const FrameResult& result, float* packed);
 
   std::size_t world;    ///< offset of the window's layers
   std::size_t vehicle;  ///< likewise of the vehicle's grid
@@ -168,6 +169,7 @@ struct DeviceMemory {
 class StreamTimes {
  public:
   enum Mark {
+    exchanged,
     start,
     uploaded,
     matched,
@@ -181,7 +183,7 @@ class StreamTimes {
     filtered,
     fetched
   };
-  static constexpr int marks{12};
+  static constexpr int marks{13};
 
   StreamTimes();
   StreamTimes(const StreamTimes&) = delete;
@@ -189,6 +191,8 @@ class StreamTimes {
   ~StreamTimes();
   /// Also within a graph, for the times of its launches.
   void mark(Cuda& cuda, Mark which);
+  void mark(cudaStream_t stream, Mark which);
+  [[nodiscard]] cudaEvent_t event(Mark which) const { return events_[which]; }
   /// Waits for the last call of `mark` outside a graph.
   void wait_for(Mark which);
   /// Lets further work of `other` wait for the last call of `mark` outside a graph.

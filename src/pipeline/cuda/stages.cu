@@ -327,10 +327,40 @@ void CudaStages::publish(const FrameGrids& grids, FrameResult& result) {
   if (!options_.filters) return;
   Stopwatch watch;
   result.world.geometry = grids.window;
-  PackedGrids{sizes_}.copy_to(host_.grids.data(), result);
+  PackedGrids::copy_to(host_.grids.data(), result);
   result.timing_ms.filter += watch.lap();
   now_ = 1 - now_;
   window_before_ = grids.window;
+}
+
+void CudaStages::fetch(const DeviceImages& images, StereoFrame& into) {
+  cuda_.use();
+  times_.mark(reinterpret_cast<cudaStream_t>(images.stream), StreamTimes::exchanged);
+  times_.let_wait(cuda_, StreamTimes::exchanged);
+  const auto copy = [this]<class T>(View<const T, Device> from, Image<T>& to) {
+    if (to.width() != from.width || to.height() != from.height) to = Image<T>{from.width, from.height};
+    if (from.empty()) return;
+    const std::size_t row_bytes{static_cast<std::size_t>(from.width) * sizeof(T)};
+    check_cuda(cudaMemcpy2DAsync(to.data(), row_bytes, from.data, static_cast<std::size_t>(from.pitch) * sizeof(T),
+                                 row_bytes, static_cast<std::size_t>(from.height), cudaMemcpyDefault, cuda_.stream()),
+               "copy images from the device");
+  };
+  copy(images.left, into.left);
+  copy(images.right, into.right);
+  copy(images.disparity, into.disparity);
+  synchronize();
+}
+
+// Host stages change the grids after the filter: what the device has is not the result.
+DeviceGrids CudaStages::send(const FrameResult& result) {
+  cuda_.use();
+  if (is_at_work_) synchronize();
+  PackedGrids::copy_from(result, host_.grids.data());
+  is_at_work_ = true;
+  upload(cuda_, host_.grids.data(), host_.grids.size(), device_.grids.data());
+  times_.mark(cuda_, StreamTimes::exchanged);
+  return {device_.observed.data(), device_.vehicle.occupancy.data(), device_.world.occupancy.data(),
+          reinterpret_cast<std::uintptr_t>(times_.event(StreamTimes::exchanged))};
 }
 
 void CudaStages::publish_matches(FrameResult& result) {

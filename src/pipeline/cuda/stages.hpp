@@ -27,6 +27,8 @@ class CudaStages final : public Stages {
   void filter(const FrameGrids& grids, const FilterEvidence& evidence, FrameResult& result) override;
   void publish(const FrameGrids& grids, FrameResult& result) override;
   void publish_matches(FrameResult& result) override;
+  void fetch(const DeviceImages& images, StereoFrame& into) override;
+  DeviceGrids send(const FrameResult& result) override;
   void exchange(StateArchive archive) override;
   /// Matching is recorded again where other rows are masked.
   void set_mask(PixelMask mask) override;

@@ -162,6 +162,78 @@ TEST_F(CudaLoading, SeveralCamerasFillOneGrid) {
   }
 }
 
+// The emulated device's memory is the host's.
+TEST_F(CudaLoading, ImagesAndGridsInDeviceMemory) {
+  use_library(EMULATED_LIBRARY);
+  constexpr std::ptrdiff_t gap{7};  // behind each row
+  for (const double pitch_rad : {0.0, 0.2}) {
+    Rig rig{small_rig()};
+    rig.camera_pitch_rad = pitch_rad;
+    Pipeline device{small_config(), rig, {.back_end = BackEnd::cuda}};
+    Pipeline host{small_config(), rig, {.back_end = BackEnd::cuda}};
+    const Street street{small_rig(), pitch_rad};
+    FrameResult found;
+    for (int index{0}; index < 4; ++index) {
+      const StereoFrame frame{street.frame(index)};
+      const auto padded = [&](const Image<std::uint8_t>& image) {
+        Image<std::uint8_t> wide{image.width() + static_cast<int>(gap), image.height(), 77};
+        for (int v{0}; v < image.height(); ++v) std::copy_n(image.row(v), image.width(), wide.row(v));
+        return wide;
+      };
+      const Image<std::uint8_t> left{padded(frame.left)};
+      const Image<std::uint8_t> right{padded(frame.right)};
+      const Image<float> disparity{rig.width_px, rig.height_px, 5};
+      const View<const std::uint8_t, Device> seen{left.data(), rig.width_px, rig.height_px, rig.width_px + gap};
+      StereoFrame expected_frame{frame};
+      StereoFrame without{frame};
+      without.left = without.right = {};
+      DeviceImages images{.left = seen, .right = seen};
+      images.right.data = right.data();
+      if (index == 2) {
+        images.right = {};
+        images.disparity = {disparity.data(), rig.width_px, rig.height_px, rig.width_px};
+        expected_frame.right = {};
+        expected_frame.disparity = disparity;
+      }
+      device.process_from_device(without, images, found);
+      const FrameResult& expected{host.process(expected_frame)};
+      EXPECT_EQ(found.observed, expected.observed) << index;
+      EXPECT_EQ(found.world.occupancy, expected.world.occupancy) << index;
+      EXPECT_EQ(found.obstacles.size(), expected.obstacles.size()) << index;
+      const DeviceGrids grids{device.device_grids(found)};
+      const auto expect_equal = [](const float* sent, const Image<float>& image) {
+        EXPECT_TRUE(std::equal(image.begin(), image.end(), sent));
+      };
+      expect_equal(grids.observed, expected.observed);
+      expect_equal(grids.vehicle, expected.vehicle.occupancy);
+      expect_equal(grids.vehicle + expected.vehicle.age_s.size() * 3, expected.vehicle.age_s);
+      expect_equal(grids.world + expected.world.moving.size() * 7, expected.world.moving);
+      EXPECT_NE(grids.event, 0u);
+    }
+    EXPECT_EQ(device.save_state(), host.save_state());
+  }
+}
+
+TEST_F(CudaLoading, ImagesInDeviceMemoryThatCannotBeUsed) {
+  use_library(EMULATED_LIBRARY);
+  const StereoFrame frame{Street{small_rig()}.frame(0)};
+  const View<const std::uint8_t, Device> image{frame.left.data(), 101, 70, 101};
+  Pipeline gpu{small_config(), small_rig(), {.back_end = BackEnd::cuda}};
+  FrameResult result;
+  const auto expect_refused = [&](View<const std::uint8_t, Device> left, const char* problem) {
+    EXPECT_THAT([&] { gpu.process_from_device(frame, {.left = left, .right = image}, result); },
+                ::testing::ThrowsMessage<InputError>(HasSubstr(problem)));
+  };
+  expect_refused({image.data, 100, 70, 101}, "100 × 70 pixels");
+  expect_refused({image.data, 101, 70, 90}, "rows that overlap");
+  expect_refused({image.data, 101, 70, -101}, "negative pitch");
+  expect_refused({nullptr, 101, 70, 101}, "no pixels");
+  Pipeline cpu{small_config(), small_rig(), {.threads = 1}};
+  const auto is_refused = ::testing::ThrowsMessage<ConfigError>(HasSubstr("images in the host's memory, or the back"));
+  EXPECT_THAT([&] { cpu.process_from_device(frame, {.left = image, .right = image}, result); }, is_refused);
+  EXPECT_THAT([&] { static_cast<void>(cpu.device_grids(result)); }, is_refused);
+}
+
 TEST_F(CudaLoading, AutomaticLeavesPredictionsToTheCpu) {
   use_library(EMULATED_LIBRARY);
   const Pipeline pipeline{small_config(), small_rig(), {.back_end = BackEnd::automatic, .horizons_s = {1}}};

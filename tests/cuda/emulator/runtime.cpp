@@ -217,6 +217,15 @@ cudaError_t cudaMemcpyAsync(void* to, const void* from, std::size_t bytes, cudaM
   if (bytes == 0) return cudaErrorInvalidValue;  // as a graph does
   return give(stream, [=] { std::memmove(to, from, bytes); });
 }
+cudaError_t cudaMemcpy2DAsync(void* to, std::size_t to_pitch, const void* from, std::size_t from_pitch,
+                              std::size_t row_bytes, std::size_t rows, cudaMemcpyKind kind, cudaStream_t stream) {
+  if (to_pitch < row_bytes || from_pitch < row_bytes) return cudaErrorInvalidValue;
+  for (std::size_t row{0}; row < rows; ++row) {
+    cudaMemcpyAsync(static_cast<char*>(to) + row * to_pitch, static_cast<const char*>(from) + row * from_pitch,
+                    row_bytes, kind, stream);
+  }
+  return cudaSuccess;
+}
 cudaError_t cudaMemsetAsync(void* memory, int value, std::size_t bytes, cudaStream_t stream) {
   if (bytes == 0) return cudaErrorInvalidValue;
   return give(stream, [=] { std::memset(memory, value, bytes); });
