@@ -10,7 +10,7 @@
 #include <cstddef>
 
 #include "geometry/relief.hpp"
-#include "terrain/medians.hpp"
+#include "terrain/samples.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace stereogrid::HWY_NAMESPACE {
@@ -43,7 +43,7 @@ HWY_INLINE V medians_of(const V (&column)[sector_px]) {
   return hn::IfThenElse(is_there(1), column[4], of_five);
 }
 
-void FindMedians(View<const float> obstacle, View<const float> road, int at, RowRange rows, float* medians) {
+void FindMedians(View<const float> obstacle, View<const float> road, int at, ImageRows rows, float* medians) {
   constexpr int lanes{hn::MaxLanes(Rows{})};
   if (rows.end - rows.begin < lanes) return plain::find_medians(obstacle, road, at, rows, medians);
   for (int next{rows.begin}; next < rows.end; next += lanes) {
@@ -74,7 +74,7 @@ namespace stereogrid {
 
 HWY_EXPORT(FindMedians);
 
-void find_medians(View<const float> obstacle, View<const float> road, int column, RowRange rows, float* medians) {
+void find_medians(View<const float> obstacle, View<const float> road, int column, ImageRows rows, float* medians) {
   if (obstacle.width < sector_px) return plain::find_medians(obstacle, road, column, rows, medians);
   HWY_DYNAMIC_DISPATCH(FindMedians)(obstacle, road, column, rows, medians);
 }

@@ -8,11 +8,10 @@
 #include <limits>
 
 #include "geometry/relief.hpp"
-#include "terrain/medians.hpp"
 
 namespace stereogrid::plain {
 
-void find_medians(View<const float> obstacle, View<const float> road, int column, RowRange rows, float* medians) {
+void find_medians(View<const float> obstacle, View<const float> road, int column, ImageRows rows, float* medians) {
   for (int v{rows.begin}; v < rows.end; ++v) {
     std::array<float, sector_px> found{};
     std::size_t count{0};

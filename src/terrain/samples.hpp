@@ -19,6 +19,21 @@ constexpr int samples_min{3};
 /// Rows on both sides of the line through a sample's neighbours.
 constexpr int line_rows{4};
 
+/// Rows begin … end − 1 of an image.
+struct ImageRows {
+  int begin;
+  int end;
+};
+
+/// Upper median of the disparities > 0 in columns `column` … column + sector_px − 1, at least three, of each row; 0:
+/// fewer. A pixel has an obstacle's or a road disparity. Columns behind the image have none.
+void find_medians(View<const float> obstacle, View<const float> road, int column, ImageRows rows, float* medians);
+
+/// The same in plain loops: the definition.
+namespace plain {
+void find_medians(View<const float> obstacle, View<const float> road, int column, ImageRows rows, float* medians);
+}
+
 /// One sector of the samples. Rows are rows of the image.
 struct SectorRows {
   const float* disparity;     ///< median of the sector's pixels in a row, px; 0: none, as in line_rows beside the image

@@ -2,7 +2,6 @@
 //
 // Real drives: the ground, what no frame has observed, and drops.
 #include "ground_drive.hpp"
-#include "never_observed.hpp"
 #include "stereogrid/io/recording.hpp"
 
 namespace stereogrid::test {

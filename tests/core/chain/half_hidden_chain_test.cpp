@@ -3,7 +3,7 @@
 // The paper's own case (figure 6): a person behind a crate, seen from the waist up, in the scene `occlusion`. Ground
 // that no frame has observed is unknown to the filter, too, except where a moving obstacle has driven into it.
 #include "chain_run.hpp"
-#include "never_observed.hpp"
+#include "ground_drive.hpp"
 
 namespace stereogrid::test {
 namespace {

@@ -9,7 +9,7 @@
 #include "plain_places.hpp"
 #include "support.hpp"
 #include "targets.hpp"
-#include "terrain/medians.hpp"
+#include "terrain/samples.hpp"
 
 namespace stereogrid::test {
 namespace {

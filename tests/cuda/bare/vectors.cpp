@@ -9,7 +9,7 @@
 #include "matching/correlation/simd.hpp"
 #include "obstacles/segmentation/upright_row.hpp"
 #include "plain_places.hpp"
-#include "terrain/medians.hpp"
+#include "terrain/samples.hpp"
 
 namespace stereogrid {
 
@@ -52,7 +52,7 @@ void find_upright(const float* row, int width, int begin, int end, const Upright
   plain::find_upright(row, width, begin, end, limits, pixels);
 }
 
-void find_medians(View<const float> obstacle, View<const float> road, int column, RowRange rows, float* medians) {
+void find_medians(View<const float> obstacle, View<const float> road, int column, ImageRows rows, float* medians) {
   plain::find_medians(obstacle, road, column, rows, medians);
 }
 
