@@ -223,9 +223,8 @@ TEST(one_is_constructed_while_another_thread_records_a_graph) {
   cuda.synchronize();
 }
 
-TEST(given_disparities_and_another_grid) {
+void check_external(const Config& config) {
   const Street street{small_rig()};
-  Config config{small_config()};
   Runner matcher{law_stages(config, small_rig()), config, small_rig()};
   Pair pair{config, small_rig()};
   Random random{5};
@@ -240,6 +239,17 @@ TEST(given_disparities_and_another_grid) {
     if (index != 1) frame.other_grids.push_back({{0, -4, 0.8, 12, 10}, random.image(12, 10, 0, 1), {}});
     pair.run(frame);
   }
+}
+
+TEST(given_disparities_and_another_grid) {
+  check_external(small_config());
+}
+
+// The local ground splits disparities and finds obstacles with either projection.
+TEST(external_disparities_with_bins) {
+  Config config{small_config()};
+  config.projection.model = ProjectionModel::bins;
+  check_external(config);
 }
 
 TEST(masked_pixels_have_no_disparity) {

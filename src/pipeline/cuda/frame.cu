@@ -137,7 +137,9 @@ DeviceMemory::DeviceMemory(Cuda& cuda, const Config& config, const Rig& rig, con
                   rig.width_px, rig.height_px, config.matching.disparities},
       projection{rig.width_px, config.matching.disparities},
       rays{rig.width_px, rig.height_px,
-           config.projection.model == ProjectionModel::rays ? config.matching.disparities : 0,
+           config.projection.model == ProjectionModel::rays || config.ground.model == GroundModel::terrain
+               ? config.matching.disparities
+               : 0,
            config.ground.model == GroundModel::terrain},
       filter{cuda, config.filter, tables, sizes.filtered_window},
       states{{{cuda, config.filter, sizes.filtered_window}, {cuda, config.filter, sizes.filtered_window}}},
