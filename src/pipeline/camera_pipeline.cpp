@@ -22,7 +22,7 @@ CameraPipeline::CameraPipeline(CameraSetup setup, Cpu& cpu)
       first_ground_{first_ground(extrinsics_of(rig_), setup.mode)},
       state_{config_, rig_, first_ground_, Window{vehicle_grid_of(config_.grid)}.cells()},
       ground_space_{rig_},
-      clusters_{rig_, config_.u_disparity, config_.matching.disparities, state_.scene_flow.points_reserved()} {}
+      clusters_{rig_, config_.matching.disparities, state_.scene_flow.points_reserved()} {}
 
 void CameraPipeline::begin(CameraFrame& now) {
   const LevelFrame& frame{now.frame};
@@ -71,9 +71,9 @@ Rejection CameraPipeline::check(CameraFrame& now) {
     rejection.reason = Rejection::falls_away;
   if (!(rejection == Rejection::none)) return rejection;
   const ScopedTimer timer{now.times.track};
-  find_segments(stages_->read().obstacle, ground.plane,
-                state_.terrain ? state_.terrain->rules().relief : Relief<Host>{}, now.frame.world_from_camera,
-                state_.scene_flow.vectors(), ranges_of(cpu_), clusters_);
+  const Relief<Host> relief{state_.terrain ? state_.terrain->rules().relief : Relief<Host>{}};
+  find_segments(stages_->find_nodes(ground.plane, relief), ground.plane, relief, now.frame.world_from_camera,
+                state_.scene_flow.vectors(), clusters_);
   return rejection;
 }
 

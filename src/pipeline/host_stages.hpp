@@ -36,11 +36,12 @@ class HostStages final : public Stages {
         options_{options},
         cpu_{cpu},
         back_end_{back_end},
-        space_{config, rig_, vehicle_grid_of(config.grid), cpu.threads(), options.filters} {
+        space_{config, rig_, vehicle_grid_of(config.grid), cpu.threads(), options.filters},
+        columns_{rig_, config.u_disparity, config.matching.disparities} {
     make_room(back_end_, config.matching, space_.matching);
     if (options.predictions)
       space_.prediction = std::make_unique<PredictionWorkspace>(space_.next.occupancy.width(), config.filter);
-    set_memory_use({sizeof *this + space_.memory_bytes(), 0});
+    set_memory_use({sizeof *this + space_.memory_bytes() + columns_.memory_bytes(), 0});
   }
 
   void match(const LevelFrame& frame, const FrameGrids&, const RowAlignment& rows, const MatchGround& ground) override {
@@ -81,6 +82,10 @@ class HostStages final : public Stages {
     fuse_as(space_.observed_world.view(), [](const CameraGrids& camera) {
       return std::as_const(static_cast<HostStages*>(camera.stages)->space_.observed_world).view();
     });
+  }
+
+  std::span<const ColumnNode> find_nodes(const Ground& ground, const Relief<Host>& relief) override {
+    return columns_.find(std::as_const(space_.matches.obstacle).view(), ground, relief, ranges_of(cpu_));
   }
 
   void filter(const FrameGrids& grids, const FilterEvidence& evidence, FrameResult& result) override {
@@ -218,6 +223,7 @@ class HostStages final : public Stages {
   Cpu& cpu_;
   BackEndType& back_end_;
   HostWorkspace space_;
+  ColumnCounter columns_;
   HostMatches host_matches_{space_.matches, space_.matches.obstacle.view(), space_.matches.road.view()};
 
   StageTimes times_;  ///< times of a frame's stages

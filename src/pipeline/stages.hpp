@@ -17,6 +17,7 @@
 #include "images/row_alignment/row_alignment.hpp"
 #include "matching/checks/mask.hpp"
 #include "memory_bytes.hpp"
+#include "obstacles/segmentation/columns.hpp"
 #include "pipeline/saved_state.hpp"
 #include "stereogrid/pipeline.hpp"
 #include "terrain/rules.hpp"
@@ -150,6 +151,9 @@ class Stages {
   virtual const HostMatches& read() = 0;
   /// Occupancy of the vehicle's grid and of the window (IV, V-A) by this camera.
   virtual void observe(const FrameGrids& grids, const Evidence& evidence, FrameResult& result) = 0;
+  /// Nodes of the obstacles in the last matches, on the ground of the last observe(), by which a device has counted
+  /// them. Valid until the next observe(). Another thread than that of observe() may call this.
+  virtual std::span<const ColumnNode> find_nodes(const Ground& ground, const Relief<Host>& relief) = 0;
   /// Fuses the observed grids of several cameras, all of this back end, by CameraPool: input of filter(). These are the
   /// stages with the filter, and may be of a camera without a frame.
   virtual void fuse_cameras(std::span<const CameraGrids> cameras, FrameResult& result) = 0;

@@ -51,7 +51,15 @@ struct PaintedObstacles {
 inline constexpr auto in_one = [](int count, const auto& work) { work(0, count); };
 
 inline ClusterWorkspace obstacle_space() {
-  return {PaintedObstacles::rig(), UDisparityConfig{}, PaintedObstacles::disparities};
+  return {PaintedObstacles::rig(), PaintedObstacles::disparities};
+}
+
+template <class ForRanges = decltype(in_one)>
+std::vector<ColumnNode> nodes_in(View<const float> obstacle, const Ground& ground,
+                                 const ForRanges& for_ranges = in_one) {
+  ColumnCounter columns{PaintedObstacles::rig(), UDisparityConfig{}, PaintedObstacles::disparities};
+  const std::span<const ColumnNode> nodes{columns.find(obstacle, ground, {}, for_ranges)};
+  return {nodes.begin(), nodes.end()};
 }
 
 /// Nothing known but that nothing moves: 30 × 20 m in cells of 0.2 m, ahead of the origin.
@@ -70,11 +78,10 @@ inline FlowVector vector_at(Point2 place, Point2 velocity, double sigma_mps = 0.
 }
 
 /// Finds the clusters of a frame as FramePipeline does.
-template <class ForRanges>
-void find_clusters(View<const float> obstacle, const Ground& ground, const GridLayers& world,
-                   const Pose2& world_from_vehicle, const std::vector<FlowVector>& vectors, const ForRanges& for_ranges,
-                   ClusterWorkspace& space) {
-  find_segments(obstacle, ground, {}, world_from_vehicle, vectors, for_ranges, space);
+inline void find_clusters(View<const float> obstacle, const Ground& ground, const GridLayers& world,
+                          const Pose2& world_from_vehicle, const std::vector<FlowVector>& vectors,
+                          ClusterWorkspace& space) {
+  find_segments(nodes_in(obstacle, ground), ground, {}, world_from_vehicle, vectors, space);
   make_clusters(world, world_from_vehicle, vectors, {}, space);
 }
 

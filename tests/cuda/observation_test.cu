@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <string_view>
@@ -13,6 +14,7 @@
 #include "observation/rays/cuda.hpp"
 #include "observation/rays/rays.hpp"
 #include "observation/u_disparity/cuda.hpp"
+#include "obstacles/segmentation/cuda.hpp"
 
 namespace stereogrid::test {
 namespace {
@@ -127,6 +129,60 @@ TEST(rays_are_those_of_the_reference) {
     project_rays(cuda, space, BinGeometry{rig}, place.data(), blur_px.data(), found.view());
     CHECK_EQUAL(differences(on_host(cuda, found), cells), 0);
   }
+}
+
+// Upright surfaces with noise, holes and ambiguous pixels.
+Image<float> random_surfaces(int width, int height, int disparities, Random& random) {
+  Image<float> obstacle{width, height};
+  for (int surface{0}; surface < 20; ++surface) {
+    const double disparity_px{random.whole(1, 8) * disparities / 7.5};
+    const int first_u{random.whole(-5, width)};
+    const int first_v{random.whole(-5, height)};
+    for (int v{std::max(first_v, 0)}; v < std::min(first_v + 40, height); ++v) {
+      for (int u{std::max(first_u, 0)}; u < std::min(first_u + 30, width); ++u)
+        obstacle(u, v) = static_cast<float>(disparity_px + random.between(-0.2, 0.2));
+    }
+  }
+  for (float& d : obstacle) {
+    if (random.happens(0.1)) d = random.happens(0.2) ? ambiguous_px : 0;
+  }
+  return obstacle;
+}
+
+std::vector<ColumnNode> by_bin(std::span<const ColumnNode> nodes) {
+  std::vector<ColumnNode> sorted{nodes.begin(), nodes.end()};
+  std::sort(sorted.begin(), sorted.end(),
+            [](const ColumnNode& a, const ColumnNode& b) { return a.bin != b.bin ? a.bin < b.bin : a.u < b.u; });
+  return sorted;
+}
+
+TEST(nodes_of_obstacles_are_those_of_the_cpu) {
+  Random random{37};
+  std::size_t found{0};
+  for (int round{0}; round < 50; ++round) {
+    const int width{round == 0 ? 1 : random.whole(1, 150)};
+    const int height{random.whole(1, 150)};
+    const int disparities{round == 1 ? 256 : random.whole(2, 60)};
+    const Rig rig{
+        width, height, random.between(40, 300), width / 2.0, random.between(0, 0.5 * height), random.between(0.3, 0.6)};
+    const Ground ground{random.between(1, 3), random.between(-0.1, 0.1), random.between(-0.2, 0.2), true};
+    const Image<float> obstacle{random_surfaces(width, height, disparities, random)};
+    Image<std::int16_t> rows{round % 2 == 0 ? 2 * disparities : 0, relief_sectors(width)};
+    for (std::int16_t& raised : rows) raised = static_cast<std::int16_t>(random.between(-9, 9));
+    ColumnCounter counter{rig, {}, disparities};
+    const std::span<const ColumnNode> expected{counter.find(obstacle.view(), ground, {std::as_const(rows).view()},
+                                                            [](int count, auto work) { work(0, count); })};
+    Cuda cuda;
+    const DeviceImage<float> image{on_device(cuda, obstacle)};
+    const DeviceImage<std::int16_t> raised{on_device(cuda, rows)};
+    ColumnsOnDevice columns{cuda, rig, {}, disparities};
+    columns.put(cuda, ground);
+    for (int frame{0}; frame < 2; ++frame) columns.count(cuda, image.view(), {raised.view()});
+    cuda.synchronize();
+    CHECK(by_bin(columns.nodes()) == by_bin(expected));
+    found += expected.size();
+  }
+  CHECK(found > 4000);
 }
 
 struct Scene {

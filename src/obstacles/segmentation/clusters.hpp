@@ -77,7 +77,7 @@ struct ClusterWorkspace {
         Motion::unknown};  ///< `moves`: certainly, and with the velocity of the segment's other moving features
   };
   /// `points`: reserved capacity for tracked features.
-  ClusterWorkspace(const Rig& level_rig, const UDisparityConfig& heights, int disparities, std::size_t points = 0);
+  ClusterWorkspace(const Rig& level_rig, int disparities, std::size_t points = 0);
 
   [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(segmenter, clusters, followed, values); }
 
@@ -114,13 +114,11 @@ void fuse_clusters(std::vector<Cluster>& of_camera, std::uint8_t camera, std::ve
 /// Boxes around the outlines: along the velocity of dynamic objects, else the smallest ones.
 void fit_boxes(std::vector<Cluster>& clusters);
 
-/// Segments of obstacle disparities, (H, W) px, split by the velocities of tracked features. `for_ranges`: see
-/// Segmenter::find.
-template <class ForRanges>
-void find_segments(View<const float> obstacle, const Ground& ground, const Relief<Host>& relief,
-                   const Pose2& world_from_vehicle, const std::vector<FlowVector>& vectors, const ForRanges& for_ranges,
-                   ClusterWorkspace& space) {
-  space.segmenter.find(obstacle, ground, for_ranges, relief);
+/// Segments of `nodes`, split by the velocities of tracked features. See Segmenter::find.
+inline void find_segments(std::span<const ColumnNode> nodes, const Ground& ground, const Relief<Host>& relief,
+                          const Pose2& world_from_vehicle, const std::vector<FlowVector>& vectors,
+                          ClusterWorkspace& space) {
+  space.segmenter.find(nodes, ground, relief);
   separate_movers(vectors, world_from_vehicle, space);
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "obstacles/segmentation/segments.hpp"
 
-#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -12,43 +11,9 @@
 
 namespace stereogrid {
 
-/// Obstacle pixels of a row and their bins of the u-disparity plane.
-struct BinnedPixels : UprightPixels {
-  std::array<int, most> bins;
-  std::array<int, most> counts;  ///< 1 below the height of obstacles, else 0
-};
-
-/// On the plane. The compiler turns the loop into vectors.
-inline void classify(const UprightRow& row, BinnedPixels& pixels) {
-  const UprightRow limits{row};
-  for (int i{0}; i < pixels.size; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    pixels.bins[k] = static_cast<int>(pixels.disparities[i] * Segmenter::bins_per_px);
-    pixels.counts[k] = static_cast<int>(limits.is_below_highest(pixels.columns[i], pixels.disparities[i]));
-  }
-}
-
-/// Keeps the pixels that are upright on the local ground.
-inline void classify(const UprightRow& row, float road_per_row_px, const Relief<Host>& relief, BinnedPixels& pixels) {
-  std::size_t size{0};
-  for (int i{0}; i < pixels.size; ++i) {
-    const int column{pixels.columns[i]};
-    const float disparity{pixels.disparities[i]};
-    UprightRow local{row};
-    local.road_px += road_per_row_px * static_cast<float>(relief.rows_at(column, disparity));
-    pixels.columns[size] = column;
-    pixels.bins[size] = static_cast<int>(disparity * Segmenter::bins_per_px);
-    pixels.counts[size] = static_cast<int>(local.is_below_highest(column, disparity));
-    size += local.is_upright(column, disparity) ? 1 : 0;
-  }
-  pixels.size = static_cast<int>(size);
-}
-
 namespace {
 
-constexpr double hanging_m{0.5};  // gap below another object: a bough, a sign, a roof
-constexpr double support_m{0.2};  // minimum height of a surface in a column
-constexpr double gap_m{0.2};      // maximum gap between columns of one object
+constexpr double gap_m{0.2};  // maximum gap between columns of one object
 constexpr int gap_px_max{40};
 constexpr double depth_m{0.35};   // maximum difference of neighbouring columns of one object …
 constexpr double depth_px{0.75};  // … or in px, for noise
@@ -114,104 +79,57 @@ Waist waist_of(const std::vector<double>& profile) {
 
 }  // namespace
 
-Segmenter::Segmenter(const Rig& level_rig, const UDisparityConfig& heights, int disparities)
+Segmenter::Segmenter(const Rig& level_rig, int disparities)
     : rig_{level_rig},
-      lowest_m_{heights.obstacle_min_height_m},
-      highest_m_{heights.obstacle_height_m},
-      tallies_{level_rig.width_px, bins_per_px * disparities},
-      counted_{(tallies_.width() + block_columns - 1) / block_columns, tallies_.height()},
-      labels_{tallies_.width(), tallies_.height()},
-      marks_{tallies_.width() / mark_bits + 2, tallies_.height()} {
+      labels_{level_rig.width_px, column_bins_per_px * disparities},
+      marks_{labels_.width() / mark_bits + 2, labels_.height()} {
   const double focal_baseline{rig_.focal_px * rig_.baseline_m};
-  for (int k{0}; k < tallies_.height(); ++k) {
-    const double d{(k + 0.5) / bins_per_px};
-    const double columns_per_m{d / rig_.baseline_m};
+  for (int k{0}; k < labels_.height(); ++k) {
+    const double d{(k + 0.5) / column_bins_per_px};
     const double depth{std::max(depth_px, depth_m * d * d / focal_baseline)};
-    bins_.push_back({d, std::max(2, clamped_to_int(std::ceil(support_m * columns_per_m))),
-                     std::clamp(clamped_to_int(gap_m * columns_per_m), 1, gap_px_max),
-                     std::max(3, clamped_to_int(hanging_m * columns_per_m)),
-                     std::clamp(clamped_to_int(bins_per_px * depth), 1, tolerance_max)});
+    bins_.push_back({d, std::clamp(clamped_to_int(gap_m * (d / rig_.baseline_m)), 1, gap_px_max),
+                     std::clamp(clamped_to_int(column_bins_per_px * depth), 1, tolerance_max)});
   }
-  nodes_.reserve(nodes_reserved());
-  order_.reserve(nodes_reserved());
+  const std::size_t reserved{nodes_reserved(rig_.width_px, disparities)};
+  nodes_.reserve(reserved);
+  order_.reserve(reserved);
   segments_.reserve(1024);
   pieces_.reserve(segments_.capacity());
-  profile_.reserve(std::max(static_cast<std::size_t>(4 * far_m / slice_m), nodes_reserved()));
+  profile_.reserve(std::max(static_cast<std::size_t>(4 * segments_far_m / slice_m), reserved));
 }
 
-// Calls work(u) for the tallies of a bin that have pixels.
-template <class Work>
-void Segmenter::for_counted(int bin, const Work& work) const {
-  const std::uint16_t* const blocks{counted_.row(bin)};
-  for (int i{0}; i < counted_.width(); ++i) {
-    for (unsigned left{blocks[i]}; left != 0; left &= left - 1) work(i * block_columns + std::countr_zero(left));
-  }
+void Segmenter::find(std::span<const ColumnNode> nodes, const Ground& ground, const Relief<Host>& relief) {
+  place_nodes(nodes, ground, relief);
+  separate();
 }
 
-// Few tallies have pixels.
-void Segmenter::clear() {
-  for (int k{0}; k < tallies_.height(); ++k) {
-    for_counted(k, [&](int u) {
-      tallies_(u, k) = {};
-      labels_(u, k) = 0;
-    });
-  }
-  counted_.fill(0);
-  marks_.fill(0);
-}
-
-void Segmenter::count(View<const float> obstacle, const RoadPlane& plane, double camera_height_m,
-                      const Relief<Host>& relief, int begin, int end) {
-  UprightRow limits{.nearest_px = static_cast<float>(tallies_.height()) / bins_per_px,
-                    .farthest_px = static_cast<float>(rig_.focal_px * rig_.baseline_m / far_m),
-                    .road_px = 0,
-                    .road_per_px = static_cast<float>(plane.per_u),
-                    .lowest_share = static_cast<float>(1 - lowest_m_ / camera_height_m),
-                    .highest_share = static_cast<float>(1 - highest_m_ / camera_height_m)};
-  bool is_on_plane{true};
-  for (int u{begin}; u < end; u += sector_px) is_on_plane = is_on_plane && is_level(relief, u);
-  BinnedPixels pixels;
-  for (int v{0}; v < obstacle.height; ++v) {
-    limits.road_px = static_cast<float>(plane.disparity(0, v));
-    for (int u{begin}; u < end; u += UprightPixels::most) {
-      find_upright(obstacle.row(v), obstacle.width, u, std::min(u + UprightPixels::most, end), limits, pixels);
-      is_on_plane ? classify(limits, pixels) : classify(limits, static_cast<float>(plane.per_v), relief, pixels);
-      for (int i{0}; i < pixels.size; ++i)
-        add(v, pixels.columns[i], pixels.bins[static_cast<std::size_t>(i)], pixels.counts[static_cast<std::size_t>(i)]);
-    }
-  }
-}
-
-void Segmenter::add(int v, int u, int bin, int pixels) {
-  Tally& tally{tallies_(u, bin)};
-  tally.pixels = static_cast<std::uint16_t>(tally.pixels + pixels);
-  if (tally.top == 0) {
-    std::uint16_t& block{counted_(u / block_columns, bin)};
-    block = static_cast<std::uint16_t>(block | 1U << u % block_columns);
-  }
-  if (tally.top == 0 || v - tally.bottom > bins_[static_cast<std::size_t>(bin)].gap_rows) {
-    tally.top = static_cast<std::uint16_t>(v + 1);
-  }
-  tally.bottom = static_cast<std::uint16_t>(v);
-}
-
-void Segmenter::take_nodes(const RoadPlane& plane, double camera_height_m, const Relief<Host>& relief) {
+// By ascending bin and column.
+void Segmenter::place_nodes(std::span<const ColumnNode> nodes, const Ground& ground, const Relief<Host>& relief) {
+  for (const SegmentNode& before : nodes_) labels_(before.u, before.bin) = 0;
   nodes_.clear();
-  for (int k{1}; k + 1 < tallies_.height(); ++k) {
-    const Bin& bin{bins_[static_cast<std::size_t>(k)]};
-    const double side_m{rig_.baseline_m / bin.disparity};  // side of a pixel on an upright surface
-    const Tally* const here{tallies_.row(k)};
-    for_counted(k, [&](int u) {
-      const int pixels{here[u].pixels};
-      if (pixels == 0 || pixels + tallies_(u, k - 1).pixels + tallies_(u, k + 1).pixels < bin.pixels_min) return;
-      const int index{static_cast<int>(nodes_.size())};
-      const int raised{relief.is_plane() ? 0 : relief.rows_at(u, static_cast<float>(bin.disparity))};
-      const double top_m{camera_height_m * (1 - plane.disparity(u, here[u].top - 1 + raised) / bin.disparity)};
-      const Point2 place{rig_.focal_px * side_m, (rig_.cx_px - u) * side_m};
-      nodes_.push_back({u, k, pixels, top_m, index, none, place, pixels * side_m * side_m});
-      labels_(u, k) = index + 1;
-      marks_(u / mark_bits, k) |= std::uint64_t{1} << u % mark_bits;
-    });
+  marks_.fill(0);
+  int number{0};
+  for (const ColumnNode& one : nodes) {
+    labels_(one.u, one.bin) = ++number;
+    marks_(one.u / mark_bits, one.bin) |= std::uint64_t{1} << one.u % mark_bits;
+  }
+  const RoadPlane plane{road_plane(rig_, ground)};
+  for (int k{0}; k < marks_.height(); ++k) {
+    const double disparity{bins_[static_cast<std::size_t>(k)].disparity};
+    const double side_m{rig_.baseline_m / disparity};  // side of a pixel on an upright surface
+    for (int word{0}; word < marks_.width(); ++word) {
+      for (std::uint64_t left{marks_(word, k)}; left != 0; left &= left - 1) {
+        const int u{word * mark_bits + std::countr_zero(left)};
+        int& label{labels_(u, k)};
+        const ColumnNode& one{nodes[static_cast<std::size_t>(label - 1)]};
+        const int index{static_cast<int>(nodes_.size())};
+        const int raised{relief.is_plane() ? 0 : relief.rows_at(u, static_cast<float>(disparity))};
+        const double top_m{ground.height_m * (1 - plane.disparity(u, one.top + raised) / disparity)};
+        const Point2 place{rig_.focal_px * side_m, (rig_.cx_px - u) * side_m};
+        nodes_.push_back({u, k, one.pixels, top_m, index, none, place, one.pixels * side_m * side_m});
+        label = index + 1;
+      }
+    }
   }
 }
 
@@ -327,13 +245,14 @@ Segmenter::Cuts Segmenter::cuts_of(std::size_t segment) const {
   const SegmentNode& last{node(*right)};
   const auto beyond = [this](int bin) { return bin + 2 * bins_[static_cast<std::size_t>(bin)].tolerance; };
   // the right camera does not see the first columns of the left image: as many as the disparity
-  return {first.u - first.bin / bins_per_px < reach || has_nearer(first.u - reach, first.u, beyond(first.bin), segment),
+  return {first.u - first.bin / column_bins_per_px < reach ||
+              has_nearer(first.u - reach, first.u, beyond(first.bin), segment),
           last.u >= labels_.width() - reach || has_nearer(last.u + 1, last.u + 1 + reach, beyond(last.bin), segment)};
 }
 
 Segmenter::Spot Segmenter::spot_of(Point2 place) const {
   return {clamped_to_int(std::round(rig_.cx_px - rig_.focal_px * place.y / place.x)),
-          clamped_to_int(rig_.focal_px * rig_.baseline_m / place.x * bins_per_px)};
+          clamped_to_int(rig_.focal_px * rig_.baseline_m / place.x * column_bins_per_px)};
 }
 
 int Segmenter::segment_at(Point2 place) const {

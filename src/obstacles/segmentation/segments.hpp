@@ -10,7 +10,7 @@
 #include "geometry/relief.hpp"
 #include "geometry/road_plane.hpp"
 #include "memory_bytes.hpp"
-#include "obstacles/segmentation/upright_row.hpp"
+#include "obstacles/segmentation/columns.hpp"
 #include "stereogrid/camera.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/grid.hpp"
@@ -18,11 +18,11 @@
 
 namespace stereogrid {
 
-/// Obstacle pixels of one image column whose disparities lie in one bin.
+/// A node on the ground.
 struct SegmentNode {
   int u;
   int bin;
-  int pixels;     ///< number of pixels between the heights of obstacles
+  int pixels;     ///< see ColumnNode
   double top_m;   ///< height of the highest pixel without a gap below it
   int parent;     ///< while nodes are joined: another node of the segment; the node itself: root of the segment
   int segment;    ///< Segmenter::none: the segment is too small
@@ -34,29 +34,15 @@ struct SegmentNode {
 /// docs/method.md §11.1.
 class Segmenter {
  public:
-  static constexpr int bins_per_px{2};
   static constexpr int none{-1};
-  static constexpr double far_m{40};
 
-  Segmenter(const Rig& level_rig, const UDisparityConfig& heights, int disparities);
+  Segmenter(const Rig& level_rig, int disparities);
 
-  /// `obstacle`: (H, W) px, 0 = none. `for_ranges(count, work)` calls work(begin, end) on disjoint parts of
-  /// [0, count), possibly on several threads. All other functions return results of the last call.
-  template <class ForRanges>
-  void find(View<const float> obstacle, const Ground& ground, const ForRanges& for_ranges,
-            const Relief<Host>& relief = {}) {
-    clear();
-    const RoadPlane plane{road_plane(rig_, ground)};
-    for_ranges((obstacle.width + block_columns - 1) / block_columns, [&](int first, int last) {
-      count(obstacle, plane, ground.height_m, relief, first * block_columns,
-            std::min(last * block_columns, obstacle.width));
-    });
-    take_nodes(plane, ground.height_m, relief);
-    separate();
-  }
+  /// `nodes`: each once, in any order; `relief`: the local ground by which they were found. All other functions return
+  /// results of the last call.
+  void find(std::span<const ColumnNode> nodes, const Ground& ground, const Relief<Host>& relief = {});
 
   [[nodiscard]] std::size_t size() const { return segments_.size(); }
-  [[nodiscard]] std::size_t nodes_reserved() const { return tallies_.size() / 8; }
   /// Indices of a segment's nodes, far ones first.
   [[nodiscard]] std::span<const int> of(std::size_t segment) const {
     return std::span{order_}.subspan(segments_[segment].begin, segments_[segment].end - segments_[segment].begin);
@@ -94,25 +80,16 @@ class Segmenter {
   }
 
   [[nodiscard]] std::size_t memory_bytes() const {
-    return memory_bytes_of(bins_, tallies_, counted_, labels_, marks_, nodes_, order_, segments_, pieces_, profile_);
+    return memory_bytes_of(bins_, labels_, marks_, nodes_, order_, segments_, pieces_, profile_);
   }
 
  private:
-  static constexpr int block_columns{16};  ///< whole vectors, and the bits of an element of counted_
   static constexpr int mark_bits{64};
 
   struct Bin {
     double disparity;  ///< middle of the bin, px
-    int pixels_min;    ///< minimum pixels of a node and its neighbours
     int gap_px;        ///< maximum gap within a segment in the image
-    int gap_rows;      ///< maximum gap within an object, in rows
     int tolerance;     ///< maximum difference of neighbours, bins
-  };
-  /// Pixels of a bin in a column.
-  struct Tally {
-    std::uint16_t pixels{0};  ///< number of pixels between the heights of obstacles
-    std::uint16_t top{0};     ///< first row + 1 of the lowest run of rows of any height; 0: none
-    std::uint16_t bottom{0};  ///< last row so far
   };
   /// Part of an object. All members but `joined` and `root` include the pieces that have joined it.
   struct Piece {
@@ -134,13 +111,7 @@ class Segmenter {
     std::size_t end;
   };
 
-  void clear();
-  template <class Work>
-  void for_counted(int bin, const Work& work) const;
-  void count(View<const float> obstacle, const RoadPlane& plane, double camera_height_m, const Relief<Host>& relief,
-             int begin, int end);
-  void add(int v, int u, int bin, int pixels);
-  void take_nodes(const RoadPlane& plane, double camera_height_m, const Relief<Host>& relief);
+  void place_nodes(std::span<const ColumnNode> nodes, const Ground& ground, const Relief<Host>& relief);
   void separate();
   void join_right(int index);
   int root_of(int index);
@@ -154,13 +125,9 @@ class Segmenter {
   [[nodiscard]] bool are_one(const Piece& one, const Piece& other) const;
 
   Rig rig_;
-  double lowest_m_;
-  double highest_m_;
   std::vector<Bin> bins_;
-  Image<Tally> tallies_;          ///< (bins, W)
-  Image<std::uint16_t> counted_;  ///< (bins, W / block_columns): a bit for each tally with pixels
-  Image<int> labels_;             ///< (bins, W): index of the node + 1; 0: none
-  Image<std::uint64_t> marks_;    ///< (bins, W / mark_bits): a bit for each node
+  Image<int> labels_;           ///< (bins, W): index of the node + 1; 0: none
+  Image<std::uint64_t> marks_;  ///< (bins, W / mark_bits): a bit for each node
   std::vector<SegmentNode> nodes_;
   std::vector<int> order_;  ///< nodes by segment
   std::vector<Range> segments_;

@@ -272,12 +272,11 @@ Bounds bounds_of(const Outline& outline) {
   return bounds;
 }
 
-ClusterWorkspace::ClusterWorkspace(const Rig& level_rig, const UDisparityConfig& heights, int disparities,
-                                   std::size_t points)
-    : segmenter{level_rig, heights, disparities}, rig{level_rig} {
+ClusterWorkspace::ClusterWorkspace(const Rig& level_rig, int disparities, std::size_t points)
+    : segmenter{level_rig, disparities}, rig{level_rig} {
   clusters.reserve(things_reserved);
   followed.reserve(points);
-  values.reserve(std::max(points, segmenter.nodes_reserved()));
+  values.reserve(std::max(points, nodes_reserved(level_rig.width_px, disparities)));
 }
 
 void describe_segments(const GridLayers& world, const Pose2& world_from_vehicle, ClusterWorkspace& space) {

@@ -14,7 +14,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "obstacles/segmentation/upright_row.hpp"
+#include "obstacles/segmentation/columns.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace stereogrid::HWY_NAMESPACE {

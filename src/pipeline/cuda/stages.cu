@@ -31,6 +31,7 @@ CudaStages::CudaStages(const Config& config, const Rig& level_rig, int device, c
       filter_tables_{config.filter},
       device_{cuda_, config, rig_, sizes_, filter_tables_},
       host_{rig_, sizes_, device_.rays.relief.size()},
+      columns_{cuda_, rig_, config.u_disparity, config.matching.disparities},
       matches_{rig_.width_px, rig_.height_px},
       host_matches_{matches_,
                     {host_.obstacle(), rig_.width_px, rig_.height_px, rig_.width_px},
@@ -165,6 +166,7 @@ void CudaStages::observe(const FrameGrids&, const Evidence& evidence, FrameResul
   if (is_at_work_) synchronize();
   if (evidence.is_usable) {
     put_ground(evidence.ground);
+    columns_.put(cuda_, evidence.ground);
     if (device_.rays.relief.size() > 0) put_relief(evidence.rules.relief);
     put(evidence.rules.vehicle, host_.vehicle_rules.data());
     put(evidence.rules.window, host_.window_rules.data());
@@ -195,6 +197,13 @@ void CudaStages::fuse_cameras(std::span<const CameraGrids> cameras, FrameResult&
   times_.mark(cuda_, StreamTimes::fused);
   for (const CameraGrids& camera : cameras)
     times_.let_wait(static_cast<CudaStages&>(*camera.stages).cuda_, StreamTimes::fused);
+}
+
+// Counted with the observation, on the same ground and relief.
+std::span<const ColumnNode> CudaStages::find_nodes(const Ground&, const Relief<Host>&) {
+  cuda_.use();
+  times_.wait_for(StreamTimes::counted);
+  return columns_.nodes();
 }
 
 // The filter of a frame without one of this camera, and once more after it: nothing else has waited.
@@ -264,6 +273,7 @@ void CudaStages::enqueue_observation(bool is_usable) {
 
 void CudaStages::count() {
   const MatchViews matches{std::as_const(device_.matches.obstacle).view(), std::as_const(device_.matches.road).view()};
+  columns_.count(cuda_, matches.obstacle, device_.rays.relief_view());
   const Ground* ground{&device_.frame()->ground};
   if (counts_rays()) count_rays(cuda_, matches, rig_, ground, config_.u_disparity, device_.rays);
   if (!counts_rays() || options_.stage_images) {

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "obstacles/segmentation/cuda.hpp"
 #include "pipeline/cuda/frame.hpp"
 #include "pipeline/stages.hpp"
 
@@ -24,6 +25,7 @@ class CudaStages final : public Stages {
   const HostMatches& read() override;
   void observe(const FrameGrids& grids, const Evidence& evidence, FrameResult& result) override;
   void fuse_cameras(std::span<const CameraGrids> cameras, FrameResult& result) override;
+  std::span<const ColumnNode> find_nodes(const Ground& ground, const Relief<Host>& relief) override;
   void filter(const FrameGrids& grids, const FilterEvidence& evidence, FrameResult& result) override;
   void publish(const FrameGrids& grids, FrameResult& result) override;
   void publish_matches(FrameResult& result) override;
@@ -75,6 +77,7 @@ class CudaStages final : public Stages {
   FilterTables filter_tables_;
   DeviceMemory device_;
   HostMemory host_;
+  ColumnsOnDevice columns_;
   Matches matches_;  ///< see HostMatches::lattice
   HostMatches host_matches_;
   CudaBytes held_{cuda_bytes_allocated() - allocated_before_};  // by the members so far

@@ -7,7 +7,7 @@
 #include "images/patch.hpp"
 #include "matching/checks/simd.hpp"
 #include "matching/correlation/simd.hpp"
-#include "obstacles/segmentation/upright_row.hpp"
+#include "obstacles/segmentation/columns.hpp"
 #include "plain_places.hpp"
 #include "terrain/samples.hpp"
 

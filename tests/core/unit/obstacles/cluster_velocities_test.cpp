@@ -11,7 +11,7 @@ namespace {
 struct TwoClusters {
   TwoClusters() : space{obstacle_space()}, clusters{space.clusters} {
     const PaintedObstacles painted{PaintedObstacles{}.wall(8, 1, 2).wall(8, -2, -1)};
-    find_clusters(painted.disparity.view(), {1.2, 0, 0, true}, still_world(), {}, {}, in_one, space);
+    find_clusters(painted.disparity.view(), {1.2, 0, 0, true}, still_world(), {}, {}, space);
     clusters.at(0).velocity = clusters.at(1).velocity = {0.5, 0};
     if (space.segmenter.segment_at({8, 1.5}) != 0) std::swap(first, second);
   }
@@ -82,7 +82,7 @@ TEST(ClusterVelocities, AreNoneWhereAPixelIsWorthMetres) {
     ClusterWorkspace space{obstacle_space()};
     const std::vector<FlowVector> vectors(5, vector_at({x_m, 0.2}, {6, 0}));
     find_clusters(PaintedObstacles{}.wall(x_m, -1, 1).disparity.view(), {1.2, 0, 0, true}, still_world(), {}, vectors,
-                  in_one, space);
+                  space);
     ASSERT_EQ(space.clusters.size(), 1u);
     EXPECT_EQ(space.clusters[0].has_measured_velocity(), x_m < 20) << "4.5 m for a pixel at 19 m, 5.5 m at 21 m";
   }
@@ -94,7 +94,7 @@ class Passing : public testing::Test {
   std::vector<Cluster> found(const std::vector<FlowVector>& vectors) {
     ClusterWorkspace space{obstacle_space()};
     find_clusters(PaintedObstacles{}.wall(8, -2, 2).disparity.view(), {1.2, 0, 0, true}, still_world(), {}, vectors,
-                  in_one, space);
+                  space);
     return space.clusters;
   }
   // `left`: the velocity of the points of the left half; the others stand.

@@ -10,15 +10,15 @@ namespace {
 const Ground level{1.2, 0, 0, true};
 
 std::size_t segments_of(const PaintedObstacles& painted) {
-  Segmenter segmenter{PaintedObstacles::rig(), UDisparityConfig{}, PaintedObstacles::disparities};
-  segmenter.find(painted.disparity.view(), level, in_one);
+  Segmenter segmenter{PaintedObstacles::rig(), PaintedObstacles::disparities};
+  segmenter.find(nodes_in(painted.disparity.view(), level), level);
   return segmenter.size();
 }
 
 std::vector<Cluster> clusters_of(const PaintedObstacles& painted, const GridLayers& world = still_world(),
                                  const Pose2& world_from_vehicle = {}) {
   ClusterWorkspace space{obstacle_space()};
-  find_clusters(painted.disparity.view(), level, world, world_from_vehicle, {}, in_one, space);
+  find_clusters(painted.disparity.view(), level, world, world_from_vehicle, {}, space);
   fit_boxes(space.clusters);
   return space.clusters;
 }
@@ -57,7 +57,7 @@ TEST(Segments, PiecesOfAThingAreJoined) {
 TEST(Segments, WhatStandsBeforeSomethingIsAThingOfItsOwn) {
   const PaintedObstacles painted{PaintedObstacles{}.wall(12, -2.5, 2.5).wall(6, -0.3, 0.3)};
   ClusterWorkspace space{obstacle_space()};
-  space.segmenter.find(painted.disparity.view(), level, in_one);
+  space.segmenter.find(nodes_in(painted.disparity.view(), level), level);
   EXPECT_EQ(space.segmenter.segment_at({6, 0}), space.segmenter.segment_at({6, 0.2}));
   EXPECT_NE(space.segmenter.segment_at({6, 0}), space.segmenter.segment_at({12, 2}));
   EXPECT_GE(space.segmenter.segment_at({12, 2}), 0);
@@ -71,7 +71,7 @@ TEST(Segments, DisparitiesBetweenTwoSurfacesDoNotJoinThem) {
   const int edge{PaintedObstacles::column(6, -0.3)};
   for (const auto [i, v] : raster(0, 4, 60, 120)) painted.disparity(edge + i, v) = 12.0f - 1.3f * static_cast<float>(i);
   ClusterWorkspace space{obstacle_space()};
-  space.segmenter.find(painted.disparity.view(), level, in_one);
+  space.segmenter.find(nodes_in(painted.disparity.view(), level), level);
   EXPECT_NE(space.segmenter.segment_at({6, 0}), space.segmenter.segment_at({12, -2}));
 }
 
@@ -220,17 +220,30 @@ TEST(Segments, OutlinesOfThingsAreSimplePolygons) {
 // The parts are worked on at the same time: no two write to one place.
 TEST(Segments, PartsMakeNoDifference) {
   const PaintedObstacles painted{PaintedObstacles{}.wall(12, -2.5, 2.5).wall(6, -0.3, 0.3).side(5, 10, 2)};
-  Segmenter whole{PaintedObstacles::rig(), UDisparityConfig{}, PaintedObstacles::disparities};
-  whole.find(painted.disparity.view(), level, in_one);
-  Segmenter parts{PaintedObstacles::rig(), UDisparityConfig{}, PaintedObstacles::disparities};
-  parts.find(painted.disparity.view(), level, [](int count, const auto& work) {
+  const std::vector<ColumnNode> whole{nodes_in(painted.disparity.view(), level)};
+  const std::vector<ColumnNode> parts{nodes_in(painted.disparity.view(), level, [](int count, const auto& work) {
     for (int i{6}; i >= 0; --i) work(count * i / 7, count * (i + 1) / 7);
-  });
-  ASSERT_EQ(parts.size(), whole.size());
-  for (std::size_t i{0}; i < whole.size(); ++i) {
-    ASSERT_EQ(parts.of(i).size(), whole.of(i).size());
-    EXPECT_TRUE(std::ranges::equal(parts.of(i), whole.of(i)));
-    for (const int node : whole.of(i)) EXPECT_EQ(parts.node(node).pixels, whole.node(node).pixels);
+  })};
+  EXPECT_GT(whole.size(), 100U);
+  EXPECT_EQ(parts, whole);
+}
+
+// A device counts the nodes in any order.
+TEST(Segments, OrderOfNodesMakesNoDifference) {
+  const PaintedObstacles painted{PaintedObstacles{}.wall(12, -2.5, 2.5).wall(6, -0.3, 0.3).side(5, 10, 2)};
+  std::vector<ColumnNode> nodes{nodes_in(painted.disparity.view(), level)};
+  Segmenter ordered{PaintedObstacles::rig(), PaintedObstacles::disparities};
+  ordered.find(nodes, level);
+  std::shuffle(nodes.begin(), nodes.end(), std::mt19937{3});
+  Segmenter shuffled{PaintedObstacles::rig(), PaintedObstacles::disparities};
+  shuffled.find(nodes, level);
+  ASSERT_EQ(shuffled.size(), ordered.size());
+  for (std::size_t i{0}; i < ordered.size(); ++i) {
+    ASSERT_TRUE(std::ranges::equal(shuffled.of(i), ordered.of(i)));
+    for (const int node : ordered.of(i)) {
+      EXPECT_EQ(shuffled.node(node).pixels, ordered.node(node).pixels);
+      EXPECT_EQ(shuffled.node(node).top_m, ordered.node(node).top_m);
+    }
   }
 }
 

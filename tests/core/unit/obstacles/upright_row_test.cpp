@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "obstacles/segmentation/upright_row.hpp"
+#include "obstacles/segmentation/columns.hpp"
 
 #include "support.hpp"
 #include "targets.hpp"
