@@ -174,6 +174,7 @@ void CudaStages::observe(const FrameGrids&, const Evidence& evidence, FrameResul
   }
   has_observed_ = true;
   perform(observe_graphs_[evidence.is_usable ? 1 : 0], [&] { enqueue_observation(evidence.is_usable); });
+  times_.mark(cuda_, StreamTimes::observed);
 }
 
 // The stream of the filter waits for those of the cameras, and a camera's next observation for the filter's.
@@ -202,7 +203,7 @@ void CudaStages::fuse_cameras(std::span<const CameraGrids> cameras, FrameResult&
 // Counted with the observation, on the same ground and relief.
 std::span<const ColumnNode> CudaStages::find_nodes(const Ground&, const Relief<Host>&) {
   cuda_.use();
-  times_.wait_for(StreamTimes::counted);
+  times_.wait_for(StreamTimes::observed);
   return columns_.nodes();
 }
 

@@ -21,6 +21,7 @@ struct EmulatedStream {
 };
 struct EmulatedEvent {
   std::chrono::steady_clock::time_point when;
+  bool is_of_graph{false};  ///< recorded by a node: nobody may wait for it, as it may still be that of the launch before
 };
 
 namespace {
@@ -254,18 +255,20 @@ cudaError_t cudaEventDestroy(cudaEvent_t event) {
   return cudaSuccess;
 }
 cudaError_t cudaEventRecord(cudaEvent_t event, cudaStream_t stream) {
-  return give(stream, [event] { event->when = std::chrono::steady_clock::now(); });
+  return give(stream, [event, is_of_graph = stream != nullptr && stream->captured != nullptr] {
+    *event = {std::chrono::steady_clock::now(), is_of_graph};
+  });
 }
 cudaError_t cudaEventRecordWithFlags(cudaEvent_t event, cudaStream_t stream, unsigned flags) {
   // this flag is for graphs only
   if (flags == cudaEventRecordExternal && stream->captured == nullptr) return cudaErrorInvalidValue;
   return cudaEventRecord(event, stream);
 }
-cudaError_t cudaEventSynchronize(cudaEvent_t /*event*/) {
-  return has_device_set ? missing() : cudaErrorInvalidValue;
+cudaError_t cudaEventSynchronize(cudaEvent_t event) {
+  return has_device_set && !event->is_of_graph ? missing() : cudaErrorInvalidValue;
 }
-cudaError_t cudaStreamWaitEvent(cudaStream_t stream, cudaEvent_t /*event*/, unsigned /*flags*/) {
-  return give(stream, [] {});
+cudaError_t cudaStreamWaitEvent(cudaStream_t stream, cudaEvent_t event, unsigned /*flags*/) {
+  return event->is_of_graph ? cudaErrorInvalidValue : give(stream, [] {});
 }
 cudaError_t cudaEventElapsedTime(float* milliseconds, cudaEvent_t start, cudaEvent_t end) {
   *milliseconds = std::chrono::duration<float, std::milli>(end->when - start->when).count();
