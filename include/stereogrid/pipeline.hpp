@@ -138,7 +138,8 @@ class STEREOGRID_EXPORT Pipeline {
   /// ConfigError unless back_end() is cuda. DeviceError does not make `automatic` continue on the CPU during the copy.
   void process_from_device(const StereoFrame& frame, const DeviceImages& images, FrameResult& into);
   /// Copies the grids of a result of this pipeline to its GPU, as the host completes them. The memory belongs to the
-  /// pipeline and is valid until its next call. Throws ConfigError unless back_end() is cuda.
+  /// pipeline and is valid until its next call. Throws ConfigError unless back_end() is cuda, InputError for a result
+  /// with grids of other sizes.
   [[nodiscard]] DeviceGrids device_grids(const FrameResult& result);
 
   /// Resets the state: the next frame counts as a first one, whatever its stamp. Filter, tracks, features, ground and

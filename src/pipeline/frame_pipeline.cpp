@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <span>
 #include <string>
 #include <utility>
 
@@ -105,7 +104,7 @@ std::span<const NewExtrinsics> FramePipeline::process(const FrameSet& frame, Fra
 template <class Work>
 void FramePipeline::for_cameras(const Work& work) {
   cpu_.for_ranges(static_cast<int>(now_.size()), 1, [&](int begin, int end) {
-    for (CameraFrame& now : std::span{now_}.subspan(begin, end - begin)) work(of(now), now);
+    for (int i{begin}; i < end; ++i) work(of(now_[static_cast<std::size_t>(i)]), now_[static_cast<std::size_t>(i)]);
   });
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "backend/warp.cuh"
+#include "stereogrid/error.hpp"
 
 namespace stereogrid {
 namespace {
@@ -98,7 +99,11 @@ void PackedGrids::copy_to(const float* packed, FrameResult& result) {
   });
 }
 
-void PackedGrids::copy_from(const FrameResult& result, float* packed) {
+void PackedGrids::copy_from(const FrameResult& result, float* packed) const {
+  std::size_t cells{0};
+  for_packed(result, [&](const Image<float>& image) { cells += image.size(); });
+  if (cells != size)
+    throw InputError{"the result", "has grids of other sizes than the pipeline.", "Give one that it has filled."};
   for_packed(result, [&](const Image<float>& image) { packed = std::copy_n(image.data(), image.size(), packed); });
 }
 

@@ -83,7 +83,8 @@ struct PackedGrids {
   explicit PackedGrids(const GridSizes& sizes);
 
   static void copy_to(const float* packed, FrameResult& result);
-  static void copy_from(const FrameResult& result, float* packed);
+  /// Throws InputError: the result has grids of other sizes.
+  void copy_from(const FrameResult& result, float* packed) const;
 
   std::size_t world;    ///< offset of the window's layers
   std::size_t vehicle;  ///< likewise of the vehicle's grid

@@ -366,7 +366,7 @@ void CudaStages::fetch(const DeviceImages& images, StereoFrame& into) {
 DeviceGrids CudaStages::send(const FrameResult& result) {
   cuda_.use();
   if (is_at_work_) synchronize();
-  PackedGrids::copy_from(result, host_.grids.data());
+  PackedGrids{sizes_}.copy_from(result, host_.grids.data());
   is_at_work_ = true;
   upload(cuda_, host_.grids.data(), host_.grids.size(), device_.grids.data());
   times_.mark(cuda_, StreamTimes::exchanged);

@@ -228,6 +228,7 @@ TEST_F(CudaLoading, ImagesInDeviceMemoryThatCannotBeUsed) {
   expect_refused({image.data, 101, 70, 90}, "rows that overlap");
   expect_refused({image.data, 101, 70, -101}, "negative pitch");
   expect_refused({nullptr, 101, 70, 101}, "no pixels");
+  EXPECT_THROW(static_cast<void>(gpu.device_grids(FrameResult{})), InputError);
   Pipeline cpu{small_config(), small_rig(), {.threads = 1}};
   const auto is_refused = ::testing::ThrowsMessage<ConfigError>(HasSubstr("images in the host's memory, or the back"));
   EXPECT_THAT([&] { cpu.process_from_device(frame, {.left = image, .right = image}, result); }, is_refused);
