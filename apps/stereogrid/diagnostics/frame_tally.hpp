@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "input.hpp"
@@ -102,6 +103,39 @@ struct PairFault {
 /// them is found. `index`: place of the frame in the input, which may lack a source; then its neighbours are not
 /// compared.
 [[nodiscard]] PairFault fault_of_pair(const TallyContext& context, const StereoFrame& frame);
+
+/// Compares the observed grids of several cameras where their views overlap.
+class PlaceCheck {
+ public:
+  /// `every`: only frames whose number is a multiple of it, 20 at most.
+  explicit PlaceCheck(int every) : every_{every} {}
+
+  void add(const FrameResult& result);
+  /// Texts for pairs of cameras whose grids agree clearly better with one of them turned.
+  [[nodiscard]] std::vector<std::string> findings() const;
+
+ private:
+  static constexpr int turns_{33};  ///< from −8° to 8° in steps of half a degree
+  /// Sums over cells that both cameras observe.
+  struct Agreement {
+    double product{0};  ///< product of both log odds
+    double first{0};    ///< squares of the first camera's; likewise the second's
+    double second{0};
+    int cells{0};
+
+    [[nodiscard]] double correlation() const;
+  };
+  using Turned = std::array<Agreement, turns_>;
+
+  static void compare(const Image<float>& first, const Image<float>& second, const GridGeometry& grid,
+                      const Pose2& place, Turned& turned);
+
+  int every_;
+  int seen_{0};
+  int frames_{0};
+  std::vector<std::string> names_;
+  std::map<std::pair<std::size_t, std::size_t>, Turned> pairs_;
+};
 
 /// Motion of the vehicle frame between two frames, by the images and by the poses that came with them.
 struct MotionPair {

@@ -259,10 +259,12 @@ int show(InfoOptions& options) {
   print_stamps(input);
   if (is_automatic) print_row("preset", fmt::format("{}: {}", choice.preset, choice.reason));
   if (const std::string advice{advice_on_preset(config, choice.rig)}; !advice.empty()) print_row("preset", advice);
-  const std::vector<Look> looks{look_at_frames(input, config, frames_looked_at)};
+  const Looks looked{look_at_frames(input, config, frames_looked_at)};
+  const std::vector<Look>& looks{looked.cameras};
   print_plan(config, looks, input.extrinsics_given);
   std::vector<std::string> problems;
   if (input.recording != nullptr) problems = input.recording->contents().warnings;
+  problems.insert(problems.end(), looked.problems.begin(), looked.problems.end());
   for (const Look& look : looks) {
     print_look(look, frames, config);
     for (const std::string& problem : look.problems) problems.push_back(of_camera(look.camera, problem));

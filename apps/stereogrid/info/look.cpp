@@ -52,22 +52,40 @@ Input camera_input(const Input& input, std::size_t camera) {
   if (input.recording != nullptr) own.recording = input.recording->other_cameras()[camera - 1].get();
   own.scene = input.scene;
   own.poses = input.poses;
-  if (camera <= input.other_masks.size()) own.mask = input.other_masks[camera - 1];
   own.extrinsics_given = input.extrinsics_given;
   return own;
 }
 
+PipelineOptions options_of_all(const Input& input) {
+  return {.stages = false,
+          .mask = input.mask,
+          .other_masks = input.other_masks,
+          .camera_names = input.source->camera_names(),
+          .extrinsics_given = input.extrinsics_given};
+}
+
+/// Options of a pipeline of one camera alone.
+PipelineOptions options_of(const Input& input, std::size_t camera) {
+  PipelineOptions options{options_of_all(input)};
+  if (camera > 0)
+    options.mask = camera <= options.other_masks.size() ? options.other_masks[camera - 1] : Image<std::uint8_t>{};
+  options.other_masks.clear();
+  options.camera_names.clear();
+  return options;
+}
+
 class CameraLook {
  public:
-  /// `name`: of one of several cameras.
-  CameraLook(const Input& input, const Config& config, std::size_t camera, const std::string& name)
+  /// `name`: of one of several cameras; `options`: of its own pipeline.
+  CameraLook(const Input& input, const Config& config, std::size_t camera, const std::string& name,
+             const PipelineOptions& options)
       : all_{input},
         own_{camera == 0 ? Input{} : camera_input(input, camera)},
         input_{camera == 0 ? input : own_},
         camera_{static_cast<int>(camera)},
         rig_{input.source->rigs()[camera]},
         config_{config},
-        pipeline_{config, rig_, {.stages = false, .mask = input_.mask, .extrinsics_given = input.extrinsics_given}} {
+        pipeline_{config, rig_, options} {
     look_.camera = name;
   }
   CameraLook(const CameraLook&) = delete;
@@ -183,12 +201,13 @@ class CameraLook {
 
 }  // namespace
 
-std::vector<Look> look_at_frames(const Input& input, const Config& config, std::size_t count) {
+Looks look_at_frames(const Input& input, const Config& config, std::size_t count) {
+  Looks looks;
   const FrameSource& source{*input.source};
   const std::vector<std::string> names{names_of_cameras(source)};
   std::vector<std::unique_ptr<CameraLook>> cameras;
   for (std::size_t i{0}; i < source.rigs().size(); ++i)
-    cameras.push_back(std::make_unique<CameraLook>(input, config, i, names[i]));
+    cameras.push_back(std::make_unique<CameraLook>(input, config, i, names[i], options_of(input, i)));
   std::set<std::size_t> unusable;
   for (const std::size_t index : spread(source.size(), count)) {
     std::optional<StereoFrame> frame;
@@ -196,7 +215,7 @@ std::vector<Look> look_at_frames(const Input& input, const Config& config, std::
       frame = source.load(index);
     } catch (const InputError& error) {
       unusable.insert(index);
-      cameras.front()->report(fmt::format("frame {} cannot be used: {}", source.name(index), error.what()));
+      looks.problems.push_back(fmt::format("frame {} cannot be used: {}", source.name(index), error.what()));
     }
     for (const auto& camera : cameras) camera->load(frame ? &*frame : nullptr);
   }
@@ -207,16 +226,20 @@ std::vector<Look> look_at_frames(const Input& input, const Config& config, std::
     taken += unusable.contains(index) ? 0 : 1;
   }
   const auto start{std::chrono::steady_clock::now()};
+  PlaceCheck places{1};
+  std::optional<Pipeline> all;
+  if (cameras.size() > 1) all.emplace(config, source.rigs(), options_of_all(input));
   for (const std::size_t index : tried) {
     if (cameras.front()->tried() >= first_tried && std::chrono::steady_clock::now() - start > longest_try) break;
     try {
       const StereoFrame frame{source.load(index)};
       for (const auto& camera : cameras) camera->attempt(frame, index);
+      if (all) places.add(all->process(frame));
     } catch (const InputError&) {  // said where it was looked at
     }
   }
-  std::vector<Look> looks;
-  for (const auto& camera : cameras) looks.push_back(camera->diagnose());
+  for (const auto& camera : cameras) looks.cameras.push_back(camera->diagnose());
+  for (std::string& text : places.findings()) looks.problems.push_back(std::move(text));
   return looks;
 }
 

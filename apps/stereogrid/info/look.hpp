@@ -24,8 +24,13 @@ struct Look {
   std::vector<std::string> problems;
 };
 
+struct Looks {
+  std::vector<Look> cameras;
+  std::vector<std::string> problems;  ///< problems that are not of one camera
+};
+
 /// Loads `count` frames spread over the input, and takes a few of them, the first ones and some of the others, through
 /// the pipeline, for a few seconds at most. Says in plain words what is wrong and what would mend it, for each camera.
-[[nodiscard]] std::vector<Look> look_at_frames(const Input& input, const Config& config, std::size_t count);
+[[nodiscard]] Looks look_at_frames(const Input& input, const Config& config, std::size_t count);
 
 }  // namespace stereogrid::app

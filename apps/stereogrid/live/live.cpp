@@ -149,6 +149,7 @@ class LiveLoop final : private capture::FrameHandler {
     const Findings findings{
         findings_of(tally_, {input_.recording, config, input_.source->rig(), pipeline_.next_rig(), frame_at})};
     for (const std::string& text : findings.texts) spdlog::warn("{}", text);
+    for (const std::string& text : places_.findings()) spdlog::warn("{}", text);
     const std::string advice{advice_on_preset(config, pipeline_.next_rig())};
     if (!advice.empty()) spdlog::info("{}", advice);
   }
@@ -189,6 +190,7 @@ class LiveLoop final : private capture::FrameHandler {
   void count(const capture::PreparedFrame& placed, const FrameResult& result) {
     const StereoFrame& frame{placed.frame};
     tally_.add(io::summary_of(frame, result));
+    places_.add(result);
     const auto index{static_cast<std::size_t>(frame.index)};
     const auto is_first = [index](const FrameCount& poor) { return poor.frames == 1 && poor.first.index == index; };
     if (is_first(tally_.with(FrameStatus::few_matches)) || is_first(tally_.without_road)) {
@@ -249,6 +251,7 @@ class LiveLoop final : private capture::FrameHandler {
   ResetRequest& reset_;
   ServiceManager service_;
   FrameTally tally_;
+  PlaceCheck places_{5};
   std::map<std::size_t, StereoFrame> poor_frames_;
   LatencyWindow latencies_;
   messages::Latency latency_;

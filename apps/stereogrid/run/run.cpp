@@ -195,6 +195,7 @@ int run(const RunOptions& requested) {
     write_output(summary_of(options, input, record, loop.frames_done(), loop.seconds(), loop.is_complete()));
   }
   warn_of_frames(record, input, pipeline);
+  for (const std::string& text : loop.places().findings()) spdlog::warn("{}", text);
   if (!loop.is_complete()) return stopped(options, record, loop);
   warn_of_poses(input);
   return exit_done;

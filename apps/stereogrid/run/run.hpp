@@ -10,6 +10,7 @@
 #include "cli/config_options.hpp"
 #include "connect/message_output.hpp"
 #include "connect/page.hpp"
+#include "diagnostics/frame_tally.hpp"
 #include "frame_stages.hpp"
 #include "input.hpp"
 #include "run/result_writer.hpp"
@@ -86,6 +87,7 @@ class RunLoop final : private capture::FrameHandler {
   /// Number of frames processed and written by run().
   [[nodiscard]] int frames_done() const { return frames_done_; }
   [[nodiscard]] const RunSeconds& seconds() const { return seconds_; }
+  [[nodiscard]] const PlaceCheck& places() const { return places_; }
 
  private:
   [[nodiscard]] std::optional<capture::PreparedFrame> next() override;
@@ -120,6 +122,7 @@ class RunLoop final : private capture::FrameHandler {
   int frames_done_{0};
   std::size_t skipped_saved_{0};
   RunSeconds seconds_;
+  PlaceCheck places_{5};
   std::set<std::string> reported_;
 };
 

@@ -145,6 +145,7 @@ void RunLoop::deliver(capture::PreparedFrame& prepared, FrameResult& result) {
   if (queued_.index < first_to_write_) return;
   if (fusion_warning_) result.warnings.push_back({*fusion_warning_});
   log_warnings(queued_.name, result.warnings);
+  places_.add(result);
   ++frames_done_;
   record_.set_rig(pipeline_.next_rig());
   if (!record_.is_written(queued_.index)) return;

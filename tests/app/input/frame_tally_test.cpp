@@ -3,6 +3,10 @@
 
 #include <gmock/gmock.h>
 
+#include <numbers>
+
+#include "stereogrid/scenes/scene.hpp"
+
 namespace stereogrid::app {
 namespace {
 
@@ -194,6 +198,40 @@ TEST(PoseCheck, ABaselineThatIsFarTooShortIsReported) {
   steps[3].seen = {};
   EXPECT_THAT(contradiction_of(steps).value_or(""),
               AllOf(HasSubstr("over 0.1 m: they move 4.0 m"), HasSubstr("baseline_m")));
+}
+
+/// Findings of two cameras whose views overlap, the second one turned by `error_deg` in its rig.
+std::vector<std::string> findings_of_places(const std::string& scene_text, double error_deg) {
+  const scenes::Scene scene{scenes::parse_scene(scene_text)};
+  std::vector<Rig> rigs(scene.rigs().begin(), scene.rigs().end());
+  rigs.back().camera_yaw_rad += error_deg * std::numbers::pi / 180;
+  Pipeline pipeline{preset("default"), rigs, {.stages = false, .camera_names = {"front", "left"}}};
+  PlaceCheck places{1};
+  for (std::size_t i{0}; i < scene.size(); ++i) places.add(pipeline.process(scene.load(i)));
+  return places.findings();
+}
+
+TEST(PlaceCheck, FindsAWrongYaw) {
+  for (const char* const layout : {"street", "occlusion"}) {
+    const std::string scene{std::string{layout} + "?cameras=2&turn_deg=25&focal=256&frames=3&seed=3"};
+    EXPECT_THAT(findings_of_places(scene, 0), IsEmpty()) << scene;
+    EXPECT_THAT(
+        findings_of_places(scene, 4),
+        ElementsAre(AllOf(HasSubstr("front and left"), ::testing::ContainsRegex("left turned by -(3.5|4.0|4.5)°"))))
+        << scene;
+    EXPECT_THAT(findings_of_places(scene, -5),
+                ElementsAre(::testing::ContainsRegex("left turned by [+](4.5|5.0|5.5)°")))
+        << scene;
+  }
+}
+
+TEST(PlaceCheck, HasNothingToCompareOfOneCameraOrSeparateViews) {
+  EXPECT_THAT(findings_of_places("street?cameras=2&turn_deg=120&focal=256&frames=2", 5), IsEmpty());
+  const scenes::Scene scene{scenes::parse_scene("street?frames=1&width=160&height=100")};
+  Pipeline pipeline{preset("default"), scene.rig()};
+  PlaceCheck places{1};
+  places.add(pipeline.process(scene.load(0)));
+  EXPECT_THAT(places.findings(), IsEmpty());
 }
 
 }  // namespace
