@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -225,17 +226,17 @@ void FramePipeline::publish_terrain(const FrameSet& frame, FrameResult& result) 
   }
   const auto claims_free = [&frame](Point2 at) { return claimed(frame.other_grids, at) < 0.5; };
   common->bound_filtered(terrains_, frame.other_grids.empty() ? std::function<bool(Point2)>{} : claims_free, result);
-  limit_speed(result);
+  limit_speed(frame.dt_s, result);
 }
 
 // The smallest limit of the cameras.
-void FramePipeline::limit_speed(FrameResult& result) {
+void FramePipeline::limit_speed(double dt_s, FrameResult& result) {
+  constexpr double infinity{std::numeric_limits<double>::infinity()};
   for (int camera{0}; camera < static_cast<int>(cameras_.size()); ++camera) {
     FrameResult& seen{has_one_camera() ? result : result.cameras[static_cast<std::size_t>(camera)]};
-    at(camera).terrain()->limit_speed(
-        std::ranges::any_of(now_,
-                            [&](const CameraFrame& now) { return now.frame.camera == camera && now.is_usable(); }),
-        seen);
+    const bool is_usable{std::ranges::any_of(
+        now_, [&](const CameraFrame& now) { return now.frame.camera == camera && now.is_usable(); })};
+    at(camera).terrain()->limit_speed(is_usable, has_frame(camera) ? infinity : dt_s, seen);
     if (camera > 0 && seen.speed_limit_mps >= result.speed_limit_mps) continue;
     result.speed_limit_mps = seen.speed_limit_mps;
     result.speed_limit_reason = seen.speed_limit_reason;

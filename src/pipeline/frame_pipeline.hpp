@@ -68,7 +68,7 @@ class FramePipeline {
   [[nodiscard]] std::span<const RetainedCell> held_cells(bool is_checked);
   void publish(const FrameGrids& grids, FrameResult& result);
   void publish_terrain(const FrameSet& frame, FrameResult& result);
-  void limit_speed(FrameResult& result);
+  void limit_speed(double dt_s, FrameResult& result);
   void fuse_terrain(FrameResult& result);
   void update_tracks(const FrameSet& frame, FrameResult& result);
   [[nodiscard]] const std::vector<Cluster>& find_clusters(const GridLayers& world);

@@ -231,8 +231,9 @@ void FrameTerrain::bound_filtered(std::span<const FrameTerrain* const> seen,
   remember_elevation(is_usable, result);
 }
 
-// Stopping takes v·t + v²/(2a).
-void FrameTerrain::limit_speed(bool is_usable, FrameResult& result) const {
+// Stopping takes v·t + v²/(2a). The age of the camera's last frame is a part of t.
+void FrameTerrain::limit_speed(bool is_usable, double since_s, FrameResult& result) {
+  age_s_ = is_usable ? 0 : age_s_ + since_s;
   const TerrainCamera& camera{terrain_.camera()};
   const double step_m{vehicle_.step_max_m};
   struct Range {
@@ -245,8 +246,9 @@ void FrameTerrain::limit_speed(bool is_usable, FrameResult& result) const {
        Range{camera.focal_baseline_pxm * step_m / (found_drops * camera.height_m + step_m), SpeedReason::drops},
        Range{camera.height_m / std::tan(vehicle_.drop_slope_deg * std::numbers::pi / 180), SpeedReason::descents}},
       [](const Range& a, const Range& b) { return a.end_m < b.end_m; })};
-  if (!is_usable) range = {0, SpeedReason::frame};
-  const double reaction_mps{vehicle_.deceleration_mps2 * vehicle_.reaction_s};
+  const bool is_known{!std::isinf(age_s_)};
+  if (!is_known) range = {0, SpeedReason::frame};
+  const double reaction_mps{vehicle_.deceleration_mps2 * (vehicle_.reaction_s + (is_known ? age_s_ : 0))};
   result.speed_limit_mps =
       std::sqrt(reaction_mps * reaction_mps + 2 * vehicle_.deceleration_mps2 * range.end_m) - reaction_mps;
   result.speed_limit_reason = range.reason;

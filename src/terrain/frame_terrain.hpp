@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -59,10 +60,12 @@ class FrameTerrain {
   /// another source has seen a place of the vehicle frame as free; empty: there is none.
   void bound_filtered(std::span<const FrameTerrain* const> seen, const std::function<bool(Point2)>& claims_free,
                       FrameResult& result);
-  /// Sets the speed limit of the camera by its last find(); `is_usable`: the frame has one that counts.
-  void limit_speed(bool is_usable, FrameResult& result) const;
+  /// Sets the speed limit of the camera by its last find(). `is_usable`: the frame has one that counts; else
+  /// `since_s` has passed since the frame before: infinite if that does not count any more.
+  void limit_speed(bool is_usable, double since_s, FrameResult& result);
   /// Clears the hazards of frames before.
   void reset() {
+    age_s_ = std::numeric_limits<double>::infinity();
     low_obstacles_.reset();
     witness_.reset();
     elevation_.reset();
@@ -73,7 +76,7 @@ class FrameTerrain {
   [[nodiscard]] TerrainRules rules() const { return {terrain_.relief(), vehicle_rules_.view(), window_rules_.view()}; }
   template <class State>
   void exchange(State& state) {
-    state(window_x_m_, window_y_m_, low_obstacles_, witness_, elevation_);
+    state(window_x_m_, window_y_m_, age_s_, low_obstacles_, witness_, elevation_);
   }
   [[nodiscard]] std::size_t memory_bytes() const {
     return memory_bytes_of(terrain_, low_obstacles_, witness_, elevation_, edges_, vehicle_rules_, window_rules_);
@@ -107,6 +110,7 @@ class FrameTerrain {
   Image<CellRule> window_rules_;
   double window_x_m_{0};  ///< origin of the window
   double window_y_m_{0};
+  double age_s_{std::numeric_limits<double>::infinity()};  ///< time since the camera's last usable frame
 };
 
 }  // namespace stereogrid

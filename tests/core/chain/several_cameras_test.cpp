@@ -314,6 +314,27 @@ TEST(SeveralCameras, TheSlowestLimitCounts) {
   for (const FrameResult& camera : next.cameras) EXPECT_GE(camera.speed_limit_mps, next.speed_limit_mps);
 }
 
+// v·t + v²/(2a) is the same range with t longer by the age of the last frame; a rejected one has none.
+TEST(SeveralCameras, ACameraWithoutAFrameSlowsTheVehicleByTheAgeOfItsLast) {
+  const Scene scene{scenes::parse_scene(four_cameras), 2};
+  const Config config{grid_around()};
+  Pipeline pipeline{config, scene.rigs(), {.threads = 2}};
+  const auto range_m = [&config](double limit_mps, double age_s) {
+    return limit_mps * (config.vehicle.reaction_s + age_s) +
+           limit_mps * limit_mps / (2 * config.vehicle.deceleration_mps2);
+  };
+  const double before_mps{pipeline.process(scene.load(0)).cameras[2].speed_limit_mps};
+  StereoFrame frame{scene.load(1)};
+  const double age_s{1e-9 * static_cast<double>(frame.stamp_ns - scene.load(0).stamp_ns)};
+  std::erase_if(frame.others, [](const StereoFrame& other) { return other.camera == 2; });
+  const double limit_mps{pipeline.process(frame).cameras[2].speed_limit_mps};
+  EXPECT_LT(limit_mps, before_mps);
+  EXPECT_NEAR(range_m(limit_mps, age_s), range_m(before_mps, 0), 1e-9);
+
+  pipeline.reset();
+  EXPECT_EQ(pipeline.process(frame).cameras[2].speed_limit_mps, 0);
+}
+
 // Wall and ground in the direction of each camera.
 TEST(SeveralCameras, PointsAreThoseOfAllOfThem) {
   const Scene scene{scenes::parse_scene(four_cameras), 2};
