@@ -95,7 +95,7 @@ struct MatchGround {
 /// The last matches, as the host reads them. Valid until the frame is matched again.
 struct HostMatches {
   const Matches& lattice;      ///< valid at the pixels of MatchLattice only
-  View<const float> obstacle;  ///< (H, W) px, 0 = none
+  View<const float> obstacle;  ///< (H, W) px, 0 = none; for GroundModel::terrain: a device may have none otherwise
   View<const float> road;
 };
 

@@ -252,6 +252,17 @@ TEST(external_disparities_with_bins) {
   check_external(config);
 }
 
+TEST(all_disparities_are_read_for_terrain_only) {
+  Config config{small_config()};
+  for (const GroundModel model : {GroundModel::plane, GroundModel::terrain}) {
+    config.ground.model = model;
+    CudaStages stages{config, small_rig()};
+    CHECK_EQUAL(stages.read().obstacle.empty(), model == GroundModel::plane);
+    CHECK_EQUAL(stages.read().road.empty(), model == GroundModel::plane);
+    check_drive(config);
+  }
+}
+
 TEST(masked_pixels_have_no_disparity) {
   Image<std::uint8_t> mask{width, height, 255};
   for (int v{60}; v < 70; ++v) {

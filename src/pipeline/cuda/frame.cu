@@ -164,7 +164,8 @@ void DeviceMemory::fetch_answer(Cuda& cuda, HostMemory& host) {
   launch(cuda, count_matched, count_blocks, threads, 0, matches.obstacle.data(), matches.road.data(),
          static_cast<int>(matches.road.size()), answer()->matched);
   gather_lattice(cuda, matches.obstacle.view(), matches.road.view(), lattice.view());
-  download(cuda, output.data(), output.size(), host.output.data());
+  const bool has_terrain{rays.relief.size() > 0};
+  download(cuda, output.data(), has_terrain ? layout.answer_end : layout.obstacle, host.output.data());
 }
 
 void DeviceMemory::observe_nothing(Cuda& cuda) {

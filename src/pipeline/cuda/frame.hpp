@@ -133,7 +133,7 @@ struct DeviceMemory {
   [[nodiscard]] FrameOnDevice* frame() { return at<FrameOnDevice>(input, 0); }
   [[nodiscard]] FrameFromDevice* answer() { return at<FrameFromDevice>(output, 0); }
   void upload_frame(Cuda& cuda, const HostMemory& host, bool is_external);
-  /// Counts the matches, and downloads the results that the host waits for.
+  /// Counts the matches, and downloads the results that the host waits for; all disparities only for terrain.
   void fetch_answer(Cuda& cuda, HostMemory& host);
   /// Both observed grids are unknown.
   void observe_nothing(Cuda& cuda);

@@ -33,12 +33,16 @@ CudaStages::CudaStages(const Config& config, const Rig& level_rig, int device, c
       host_{rig_, sizes_, device_.rays.relief.size()},
       columns_{cuda_, rig_, config.u_disparity, config.matching.disparities},
       matches_{rig_.width_px, rig_.height_px},
-      host_matches_{matches_,
-                    {host_.obstacle(), rig_.width_px, rig_.height_px, rig_.width_px},
-                    {host_.road(), rig_.width_px, rig_.height_px, rig_.width_px}} {
+      host_matches_{matches_, downloaded(host_.obstacle()), downloaded(host_.road())} {
   set_memory_use({sizeof *this + held_.pinned + memory_bytes_of(filter_tables_, matches_), held_.device});
   load_mask();
   cuda_.load([this] { load_kernels(); });
+}
+
+// Only terrain reads all disparities on the host.
+View<const float> CudaStages::downloaded(const float* pinned) const {
+  if (config_.ground.model == GroundModel::plane) return {};
+  return {pinned, rig_.width_px, rig_.height_px, rig_.width_px};
 }
 
 // An exception may have ended a frame whose work the device has not finished.

@@ -45,6 +45,7 @@ class CudaStages final : public Stages {
 
  private:
   [[nodiscard]] bool counts_rays() const { return config_.projection.model == ProjectionModel::rays; }
+  [[nodiscard]] View<const float> downloaded(const float* pinned) const;
   void load_kernels();
   void load_mask();
   void put_frame(const LevelFrame& frame, const FrameGrids& grids);
