@@ -223,7 +223,7 @@ void FrameTerrain::bound_filtered(std::span<const FrameTerrain* const> seen,
     bound(vehicle_rules_, result.vehicle.occupancy);
     drop_witnesses();
   }
-  bound_remembered(result);
+  bound_hazards(seen, result);
   bound_vehicle(is_usable, claims_free, result);
   if (is_usable) see_ground(seen);
   if (claims_free) see_claims(is_usable, claims_free);
@@ -342,7 +342,7 @@ void FrameTerrain::bound_vehicle(bool is_usable, const std::function<bool(Point2
 
 // Edges and low obstacles are few: each one raises its cell and the cells of the vehicle's grid whose centres lie in
 // it. Cells that no frame has observed stay unknown.
-void FrameTerrain::bound_remembered(FrameResult& result) const {
+void FrameTerrain::bound_hazards(std::span<const FrameTerrain* const> seen, FrameResult& result) const {
   const CellsWithin cells{vehicle_grid_, place_.window_cells};
   const auto raise_in = [](GridLayers& grid, int x, int y, float least) {
     if (std::isinf(grid.age_s(x, y))) return;
@@ -353,7 +353,9 @@ void FrameTerrain::bound_remembered(FrameResult& result) const {
     cells.for_cells(x, y, [&](int ix, int iy) { raise_in(result.vehicle, ix, iy, least); });
   };
   witness_.for_edges([&](int x, int y) { raise(x, y, ruled_edge); });
-  low_obstacles_.for_obstacles([&](int x, int y) { raise(x, y, ruled_obstacle); });
+  const auto raise_obstacle = [&](int x, int y) { raise(x, y, ruled_obstacle); };
+  low_obstacles_.for_obstacles(raise_obstacle);
+  for (const FrameTerrain* const one : seen) one->low_obstacles_.for_high(raise_obstacle);
 }
 
 void FrameTerrain::clear(FrameResult& result) {

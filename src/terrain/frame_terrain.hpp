@@ -89,7 +89,7 @@ class FrameTerrain {
   void move(const TerrainPlace& place);
   void clear_find();
   void merge(std::span<const FrameTerrain* const> seen);
-  void bound_remembered(FrameResult& result) const;
+  void bound_hazards(std::span<const FrameTerrain* const> seen, FrameResult& result) const;
   void drop_witnesses();
   void see_ground(std::span<const FrameTerrain* const> seen);
   void remember_elevation(bool is_usable, FrameResult& result);

@@ -26,6 +26,11 @@ constexpr float matched_share{0.7f};
 constexpr float matched_mean{0.53f};  ///< the same of its mean over frames
 /// Standard deviations of a sample's height that are noise.
 constexpr float sigmas{2.5f};
+/// Highest levels of ground over the plane, as a share of a step and in standard deviations.
+constexpr float plane_share{0.1f};
+constexpr float plane_sigmas{0.5f};
+/// Least height of an obstacle relative to the depth of the lowest level around it: errors are on both sides.
+constexpr float depths{2};
 /// Distance around tall obstacles: a walker moves as far in a frame, and the matcher smears as far.
 constexpr float tall_reach_m{0.2f};
 
@@ -215,7 +220,7 @@ void LowObstacles::set_levels(const Terrain& terrain, int iy) {
 }
 
 // Weights of the cells' levels, and their sums along the row. At first levels near the frame's plane count, then those
-// near the plane of the pass before: cells over it are left out.
+// near the plane of the pass before, without cells over it: a field of stones, or a kerb, would raise the plane.
 void LowObstacles::sum_along(int iy, int pass) {
   const auto weight_of = [&](int ix, float level) {
     if (pass == 0) {
@@ -223,8 +228,9 @@ void LowObstacles::sum_along(int iy, int pass) {
       return 1 / (1 + share * share * share * share);
     }
     const float over{level - planes_(ix, iy).z};
-    const float tolerance{std::max((pass == 1 ? 1.5f : matched_share) * limits_.step_m, sigmas * noise_m_(ix, iy))};
-    return over > -2 * tolerance && over < tolerance ? 1.0f : 0.02f;
+    const float lowest{-2 * std::max(matched_share * limits_.step_m, sigmas * noise_m_(ix, iy))};
+    const float highest{std::max(plane_share * limits_.step_m, plane_sigmas * noise_m_(ix, iy))};
+    return over > lowest && over < highest ? 1.0f : 0.02f;
   };
   RowMoments sum{};
   for (int ix{columns_.begin}; ix < columns_.end + reach_; ++ix) {
@@ -280,30 +286,6 @@ void LowObstacles::fit_planes() {
   }
 }
 
-// Height of the ground just before the cell over its plane, where that is lower by more than its noise: a long kerb
-// tilts the plane through both of its levels.
-float LowObstacles::fall_before(int ix, int iy, const Plane& plane) const {
-  constexpr int cells{3};
-  const float middle_x{static_cast<float>(ix) + 0.5f};
-  const float middle_y{static_cast<float>(iy) + 0.5f};
-  const float east{middle_x - origin_east_};
-  const float north{middle_y - origin_north_};
-  const float per_cell{1 / std::sqrt(std::max(east * east + north * north, 1.0f))};
-  float sum_m{0};
-  int count{0};
-  for (int k{1}; k <= cells; ++k) {
-    const float nearer{static_cast<float>(k) * per_cell};
-    const int x{static_cast<int>(middle_x - nearer * east)};
-    const int y{static_cast<int>(middle_y - nearer * north)};
-    if (!is_within(x, y) || std::isnan(level_m_(x, y))) continue;
-    sum_m +=
-        level_m_(x, y) - plane.z - plane.east * static_cast<float>(x - ix) - plane.north * static_cast<float>(y - iy);
-    ++count;
-  }
-  const float mean_m{count > 0 ? sum_m / static_cast<float>(count) : 0.0f};
-  return mean_m < -noise_m_(ix, iy) ? mean_m : 0.0f;
-}
-
 // Heights over the plane in the middle of the cell.
 void LowObstacles::compare(int iy) {
   for (int ix{columns_.begin}; ix < columns_.end; ++ix) {
@@ -312,18 +294,21 @@ void LowObstacles::compare(int iy) {
     const Plane& plane{planes_(ix, iy)};
     if (std::isnan(plane.z)) continue;
     const float rise_m{std::sqrt(plane.east * plane.east + plane.north * plane.north)};
-    const float ground_m{plane.z + fall_before(ix, iy, plane)};
     const float x{places_.x_of(ix, iy)};
     const float noise{noise_m_(ix, iy)};
+    const float ground_m{plane.z + plane_sigmas * noise};  // levels left out lower the plane
     const float range_noise{noise * x / camera_.height_m};
     const float row_m{camera_.tangent_per_v * x};
     const float matched_m{matched_step_m(row_m)};
-    const float least{std::max({matched_share * limits_.step_m, matched_m, sigmas * noise,
-                                2 * std::min(rise_m / cell_m_, limits_.slope) * range_noise})};
+    float least{std::max({matched_share * limits_.step_m, matched_m, sigmas * noise,
+                          2 * std::min(rise_m / cell_m_, limits_.slope) * range_noise})};
     std::span<const std::int16_t> heights{heights_of(ix, iy)};
     seen.count =
         std::min(static_cast<int>(heights.size()) * column_step(x) / column_step(end_m_), HeightMemory::samples_enough);
-    if (top_m_(ix, iy) - ground_m <= least) heights = heights.last(static_cast<std::size_t>(decile_of(heights.size())));
+    if (top_m_(ix, iy) - ground_m <= least)
+      heights = heights.last(static_cast<std::size_t>(decile_of(heights.size())));
+    else
+      least = std::max(least, depths * depth_around(ix, iy));
     const auto higher = [&](float height_m) {
       const float limit{(ground_m + height_m) * per_m};
       return static_cast<int>(
@@ -334,6 +319,15 @@ void LowObstacles::compare(int iy) {
     seen.is_tall = seen.high > 1 && higher(limits_.rays_from_m) > 1;
     seen.height = std::clamp((top_m_(ix, iy) - ground_m) / matched_m, height_min, height_max);
   }
+}
+
+float LowObstacles::depth_around(int ix, int iy) const {
+  float depth_m{0};
+  for (int y{std::max(iy - reach_, rows_.begin)}; y <= std::min(iy + reach_, rows_.end - 1); ++y) {
+    for (int x{std::max(ix - reach_, columns_.begin)}; x <= std::min(ix + reach_, columns_.end - 1); ++x)
+      depth_m = std::max(depth_m, planes_(x, y).z - level_m_(x, y));  // not of cells without a plane: NaN
+  }
+  return depth_m;
 }
 
 float LowObstacles::matched_step_m(float row_m) const {

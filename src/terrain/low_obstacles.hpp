@@ -128,9 +128,6 @@ class LowObstacles {
       for (int iy{rows_.begin + begin}; iy < rows_.begin + end; ++iy) work(iy);
     });
   }
-  [[nodiscard]] bool is_within(int ix, int iy) const {
-    return ix >= columns_.begin && ix < columns_.end && iy >= rows_.begin && iy < rows_.end;
-  }
   [[nodiscard]] std::span<std::int16_t> heights_of(int ix, int iy);
   int begin(const Terrain& terrain, const GridInVehicle& window);
   [[nodiscard]] RowRead read_row(View<const float> obstacle, View<const float> road, int v);
@@ -139,7 +136,8 @@ class LowObstacles {
   void sum_along(int iy, int pass);
   void fit_planes();
   void compare(int iy);
-  [[nodiscard]] float fall_before(int ix, int iy, const Plane& plane) const;
+  /// Depth of the lowest level below its plane in the window of a cell's plane, m.
+  [[nodiscard]] float depth_around(int ix, int iy) const;
   /// Height that the matcher leaves of a step, where a row of the image is row_m high.
   [[nodiscard]] float matched_step_m(float row_m) const;
   /// Samples of the face of such a step that is a cell wide.

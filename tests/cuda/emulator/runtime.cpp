@@ -21,7 +21,7 @@ struct EmulatedStream {
 };
 struct EmulatedEvent {
   std::chrono::steady_clock::time_point when;
-  bool is_of_graph{false};  ///< recorded by a node: nobody may wait for it, as it may still be that of the launch before
+  bool is_of_graph{false};  ///< recorded by a node: it may still be that of the launch before, so waiting is an error
 };
 
 namespace {

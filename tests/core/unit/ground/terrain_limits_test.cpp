@@ -202,6 +202,63 @@ TEST(Terrain, ALowObstacleIsRemembered) {
   EXPECT_NEAR(frame.result.world_elevation_m(cell.ix - 5, cell.iy), 0, 0.05f);
 }
 
+// The memory of level ground outweighs a stone that a single frame shows; the frame itself does not pass it over.
+TEST(Terrain, ALowObstacleOfAFrameCountsInThatFrame) {
+  const auto stone = [](float x, float y) { return x > 4 && x < 4.3f && std::abs(y) < 0.15f ? 0.2f : 0.0f; };
+  FrameOf frame{ramp(5, 0)};
+  for (int i{0}; i < 10; ++i) {
+    EXPECT_EQ(frame.filtered_at(4.1), 0);
+    frame.see(disparity_of(frame.vehicle.rig, ramp(5, 0)));
+  }
+  frame.see(disparity_of(frame.vehicle.rig, stone));
+  EXPECT_EQ(frame.filtered_at(4.1), 0.7f);
+  frame.see(Image<float>{frame.vehicle.rig.width_px, frame.vehicle.rig.height_px});
+  EXPECT_EQ(frame.filtered_at(4.1), 0.5f) << "not remembered";
+}
+
+// The cells of the vehicle's grid lie across those of the filter's window.
+TEST(Terrain, ALowObstacleIsInBothGridsWhereverTheirCellsLie) {
+  for (const Pose2 pose : {Pose2{0.07, 0.13, 0}, Pose2{3.31, -2.05, 0.4}, Pose2{-1.19, 0.02, -2.3}}) {
+    FrameOf frame{ramp(5, 0)};
+    frame.pose = pose;
+    frame.see(disparity_of(frame.vehicle.rig, ramp(5, 0)));
+    EXPECT_EQ(frame.filtered_at(4.1), 0) << pose.yaw_rad;
+    frame.see(disparity_of(frame.vehicle.rig,
+                           [](float x, float y) { return x > 4 && x < 4.3f && std::abs(y) < 0.25f ? 0.2f : 0.0f; }));
+    EXPECT_EQ(frame.filtered_at(4.1), 0.7f) << pose.yaw_rad;
+    EXPECT_EQ(frame.filtered_at(5.5), 0) << pose.yaw_rad;
+  }
+}
+
+// Stones on half of the ground do not raise the plane by which their heights are measured.
+TEST(Terrain, StonesInAFieldAreAsHighAsAloneOnes) {
+  const auto is_stone = [](float x, float y) {
+    return x > 3.6f && x < 6 && std::fmod(x, 0.6f) < 0.3f && std::fmod(y + 6, 0.4f) < 0.3f;
+  };
+  const FrameOf frame{[=](float x, float y) { return is_stone(x, y) ? 0.15f : 0.0f; }};
+  int found{0};
+  int rows{0};
+  for (int iy{frame.vehicle.grid.ny / 2 - 4}; iy < frame.vehicle.grid.ny / 2 + 4; ++iy) {
+    for (const int ix : {18, 21, 24, 27}) {  // first cells of the rows of stones
+      const auto rule = [&](int x) { return frame.terrain.rules().vehicle(x, iy); };
+      found += rule(ix) == CellRule::obstacle || rule(ix + 1) == CellRule::obstacle ? 1 : 0;
+      ++rows;
+    }
+  }
+  EXPECT_GE(found, 3 * rows / 4);
+}
+
+// Errors of the matcher are as deep as they are high.
+TEST(Terrain, PatchesBesideDeepOnesAreNoObstacles) {
+  for (const float deep_m : {0.0f, 0.12f}) {
+    const FrameOf frame{[=](float x, float y) {
+      if (x > 4 && x < 4.3f && std::abs(y) < 0.15f) return 0.14f;
+      return x > 4 && x < 5.4f && y > 0.5f && y < 0.9f ? -deep_m : 0.0f;
+    }};
+    EXPECT_EQ(frame.rule_at(4.1) == CellRule::obstacle, deep_m == 0) << deep_m;
+  }
+}
+
 // A patch of wrong matches hangs over level ground: as high as the stone, but smaller.
 TEST(Terrain, WrongMatchesAreSmallerThanStones) {
   for (const float width_m : {0.05f, 0.3f}) {
