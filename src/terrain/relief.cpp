@@ -13,7 +13,6 @@ constexpr float none{std::numeric_limits<float>::quiet_NaN()};
 // Lengths in heights of the vehicle.
 constexpr float half_width{1.4f};  ///< least half width of wide ground
 constexpr float slope_base{1.4f};  ///< length over which a slope is measured
-constexpr float ahead{0.8f};       ///< length over which ground continues
 constexpr float continued{1.7f};   ///< length over which the slope of the last ground is extended
 constexpr int reach_max{24};       ///< sectors
 constexpr float noise_min_m{0.06f};
@@ -162,21 +161,6 @@ void TerrainRelief::connect(int sector, const TerrainCamera& camera, const Rings
   }
 }
 
-// The foot of a wall resembles the beginning of a slope: three quarters of the rings ahead must be ground.
-void TerrainRelief::drop_feet(int sector, const Rings& rings) {
-  float* const ground{ground_m_.row(sector)};
-  for (int ring{0}; ring < rings.count(); ++ring) {
-    const float end_m{rings.middle_m(ring) + ahead * limits_.height_m};
-    int rings_ahead{0};
-    int ground_ahead{0};
-    for (int i{ring + 1}; i < rings.count() && rings.middle_m(i) <= end_m; ++i) {
-      ++rings_ahead;
-      ground_ahead += std::isnan(ground[i]) ? 0 : 1;
-    }
-    if (4 * ground_ahead < 3 * rings_ahead) ground[ring] = none;
-  }
-}
-
 // Elevations grow from 0 at the noise to their full value at twice the noise. Extended ground has twice the noise.
 void TerrainRelief::set_borders(int sector, const Rings& rings) {
   float* const border{border_m_.row(sector)};
@@ -192,7 +176,6 @@ void TerrainRelief::set_borders(int sector, const Rings& rings) {
 
 void TerrainRelief::fill(int sector, const TerrainCamera& camera, const Rings& rings, const PolarCell* cells) {
   connect(sector, camera, rings, cells);
-  drop_feet(sector, rings);
   set_borders(sector, rings);
   const float* const border{border_m_.row(sector)};
   std::int16_t* const rows{rows_.row(sector)};

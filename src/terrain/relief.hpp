@@ -45,7 +45,6 @@ class TerrainRelief {
 
   void place_bins(const TerrainCamera& camera, const Rings& rings);
   void connect(int sector, const TerrainCamera& camera, const Rings& rings, const PolarCell* cells);
-  void drop_feet(int sector, const Rings& rings);
   [[nodiscard]] float wide_ground(int sector, int ring, int reach, float rise_per_sector) const;
   void set_borders(int sector, const Rings& rings);
 
