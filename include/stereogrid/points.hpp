@@ -14,9 +14,8 @@ namespace stereogrid {
 /// Label of a measured point; the numbers are those of TruthLabel.
 enum class PointLabel : std::uint8_t { road = 1, obstacle = 2 };
 
-/// Measured point in the vehicle frame. z is the height above the plane of FrameResult::ground
-/// (of several cameras its own), nearly 0 for points of
-/// the road.
+/// Measured point in the vehicle frame. z is the height above the plane of FrameResult::ground (of several cameras each
+/// one's own), nearly 0 for points of the road.
 struct LabelledPoint {
   float x_m{0};
   float y_m{0};

@@ -133,9 +133,8 @@ struct FrameResult {
   Exposure exposure;  ///< exposure of both images; equal without a right one
   /// With several cameras, one for each of Pipeline::rigs(), else empty. Each has what its camera alone gives: rigs,
   /// ground, densities, stages, status, warnings, exposure, and in the cells of `vehicle.geometry` the observed grid
-  /// and the terrain of the frame, and the speed limit (0 without a usable frame), whose smallest is the result's own.
-  /// Ground, rigs, densities and stages of the first camera are the result's own; a status of the cameras only if all
-  /// of them have it.
+  /// and the terrain of the frame, and the speed limit, whose smallest is the result's own. Ground, rigs, densities and
+  /// stages of the first camera are the result's own; a status of the cameras only if all of them have it.
   std::vector<FrameResult> cameras;
   bool has_images{true};    ///< false: one of `cameras` that has no images in this frame, and observes nothing
   std::string camera_name;  ///< name of one of `cameras` (PipelineOptions::camera_names), else empty
