@@ -348,16 +348,15 @@ TEST(Witness, MayBeAnotherSource) {
 TEST(SpeedLimit, StopsWithinTheRangeOfHazards) {
   FrameOf frame{ramp(5, 0)};
   const Rig& rig{frame.vehicle.rig};
-  const auto expect_range = [&](double range_m, SpeedReason reason) {
+  const auto expect_range = [&](bool is_usable, double range_m, SpeedReason reason) {
+    frame.terrain.limit_speed(is_usable, std::numeric_limits<double>::infinity(), frame.result);
     const double speed{frame.result.speed_limit_mps};
     EXPECT_NEAR(speed * 0.3 + speed * speed / (2 * 2), range_m, 1e-3);
     EXPECT_EQ(frame.result.speed_limit_reason, reason);
   };
   const double step_m{0.15};
-  frame.filtered_at(6);
-  expect_range(rig.focal_px * rig.baseline_m * step_m / (3 * rig.camera_height_m + step_m), SpeedReason::drops);
-  frame.filtered_at(6, false);
-  expect_range(0, SpeedReason::frame);
+  expect_range(true, rig.focal_px * rig.baseline_m * step_m / (3 * rig.camera_height_m + step_m), SpeedReason::drops);
+  expect_range(false, 0, SpeedReason::frame);
 }
 
 TEST(Witness, AgesInPowersOfTwo) {
