@@ -186,8 +186,11 @@ std::optional<LiveFrame> CameraSet::make_set() {
   first->used = Clock::now();
   const std::int64_t stamp_ns{set.frame.stamp_ns};
   if (last_ns_ && stamp_ns <= *last_ns_) {
-    ++unused_;
-    return std::nullopt;
+    if (*last_ns_ - stamp_ns <= std::chrono::nanoseconds{silence}.count()) {
+      ++unused_;
+      return std::nullopt;
+    }
+    resets_before_ = true;  // the sets before had the stamps of a camera with another clock
   }
   last_ns_ = stamp_ns;
   StereoFrame own{std::move(set.frame)};

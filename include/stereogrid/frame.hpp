@@ -95,6 +95,7 @@ struct StereoFrame {
   Image<std::uint8_t> labels{};             ///< PixelLabel of each pixel of `left`; pixels to ignore have no disparity
   int camera{0};                            ///< index into Pipeline::rigs()
   std::vector<StereoFrame> others{};        ///< frames of other cameras, about the same time, without others
+  std::string fault{};                      ///< cameras whose images could not be read, for a warning; empty: none
 
   /// Its own images.
   // NOLINTNEXTLINE(google-explicit-constructor): a frame has such images

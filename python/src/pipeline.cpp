@@ -54,6 +54,8 @@ ResultObject PyPipeline::process(const Frame& frame) {
 
 ResultObject PyPipeline::process(const std::vector<const Frame*>& frames) {
   if (frames.empty()) throw InputError{"process(): no frames (expected one at least, at most one of a camera)."};
+  if (std::ranges::find(frames, nullptr) != frames.end())
+    throw nb::type_error("process(): None in the list (expected frames; leave out a camera without one).");
   Frame all{*frames.front()};
   set_others(all.data, frames);
   all.data.others.erase(all.data.others.begin());

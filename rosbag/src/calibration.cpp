@@ -68,8 +68,8 @@ InfoPair infos_of(const mcap::Bag& bag, const std::string& name, const ImageTopi
   const std::vector<std::string> there{info_topics(bag)};
   if (images.is_one_topic()) {
     for (const std::string& topic : there) {
-      const std::string other{right_name_of(topic)};
-      if (std::ranges::find(there, other) == there.end()) continue;
+      const std::string other{right_name_of(topic, there)};
+      if (other.empty()) continue;
       return {info_of(bag, name, topic), info_of(bag, name, other)};
     }
   }

@@ -216,7 +216,7 @@ DepthInfoTopics depth_info_topics(const mcap::Topic& images, const mcap::Topic& 
   DepthInfoTopics found{there_or_none(info_topic_of(images, there)), there_or_none(info_topic_of(depth, there)), ""};
   if (found.images.empty()) found.images = found.depth;
   if (found.images.empty() && there.size() == 1) found.images = there.front();
-  found.right = there_or_none(right_name_of(found.images));
+  found.right = right_name_of(found.images, there);
   return found;
 }
 

@@ -39,29 +39,36 @@ constexpr auto names_of_sides{std::to_array<std::pair<std::string_view, std::str
                                                                                             {"/0/", "/1/"},
                                                                                             {"_0/", "_1/"}})};
 
-/// A word that ends with a slash may be the last of a name.
-std::string replaced(std::string text, std::string_view what, std::string_view by) {
-  text += '/';
-  for (std::size_t at{text.find(what)}; at != std::string::npos; at = text.find(what, at + by.size())) {
-    text.replace(at, what.size(), by);
+/// The name with the last word replaced, with the last two, and so on: /left/left/image has /left/right/image beside
+/// it, left/image_left has right/image_right. A word that ends with a slash may be the last of a name.
+std::vector<std::string> replacements(std::string name, std::string_view word, std::string_view by) {
+  name += '/';
+  std::vector<std::string> all;
+  for (std::size_t at{name.rfind(word)}; at != std::string::npos; at = at == 0 ? at - 1 : name.rfind(word, at - 1)) {
+    name.replace(at, word.size(), by);
+    all.push_back(name.substr(0, name.size() - 1));
   }
-  text.pop_back();
-  return text;
+  return all;
 }
 
-bool has_word(const std::string& name, std::string_view word) {
-  return (name + '/').find(word) != std::string::npos;
+/// Place of the last such word; -1: none.
+std::ptrdiff_t last_of(const std::string& name, std::string_view word) {
+  return static_cast<std::ptrdiff_t>((name + '/').rfind(word));
 }
 
 /// The right camera's topic of the same kind; nullptr: there is none, or this is one.
 const Topic* right_of(const Topic& left, const std::vector<Topic>& topics) {
-  const auto other_of = [&](std::string_view own, std::string_view other) {
-    const Topic* const found{has_word(left.name, own) ? find_topic(topics, replaced(left.name, own, other)) : nullptr};
-    return found != nullptr && found->type == left.type ? found : nullptr;
+  const auto other_of = [&](std::string_view own, std::string_view other) -> const Topic* {
+    for (const std::string& name : replacements(left.name, own, other)) {
+      const Topic* const found{find_topic(topics, name)};
+      if (found != nullptr && found->type == left.type) return found;
+    }
+    return nullptr;
   };
   for (const auto& [left_name, right_name] : names_of_sides) {
-    if (other_of(right_name, left_name) != nullptr) return nullptr;
-    if (const Topic* const right{other_of(left_name, right_name)}) return right;
+    const bool is_right{last_of(left.name, right_name) > last_of(left.name, left_name)};
+    const Topic* const other{is_right ? other_of(right_name, left_name) : other_of(left_name, right_name)};
+    if (other != nullptr) return is_right ? nullptr : other;
   }
   return nullptr;
 }
@@ -240,9 +247,11 @@ std::string base_of(const Topic& images) {
   return is_compressed(images) ? parent_of(images.name) : images.name;
 }
 
-std::string right_name_of(const std::string& left) {
+std::string right_name_of(const std::string& left, const std::vector<std::string>& there) {
   for (const auto& [left_name, right_name] : names_of_sides) {
-    if (has_word(left, left_name)) return replaced(left, left_name, right_name);
+    for (const std::string& name : replacements(left, left_name, right_name)) {
+      if (std::ranges::find(there, name) != there.end()) return name;
+    }
   }
   return {};
 }

@@ -100,6 +100,7 @@ TEST_F(RecordingTest, ACameraMayMissImages) {
   ASSERT_EQ(frame.others.size(), 1U);
   EXPECT_EQ(frame.others[0].left(0, 0), 11);
   EXPECT_TRUE(recording->load(2).others.empty());
+  EXPECT_THAT(recording->load(2).fault, HasSubstr("rear: no usable images; it observes nothing ("));
   FrameQueue queue{*recording, 0, 3};
   EXPECT_FALSE(queue.next()->warning);
   EXPECT_THAT(queue.next()->warning.value(), HasSubstr("front: no usable images"));
@@ -115,6 +116,19 @@ TEST_F(RecordingTest, CamerasMayHaveDifferentRates) {
   put(folder / "rear" / "poses.csv", "name,stamp_ns,x_m,y_m,yaw_rad\na,5,0,0,0\nc,200000005,2,0,0.1\n");
   const auto recording{open()};
   for (const std::size_t index : {0U, 1U, 2U}) EXPECT_EQ(recording->load(index).others.size(), index == 1 ? 0U : 1U);
+}
+
+// Half an interval late, where each frame is as near to the next one of the first camera.
+TEST_F(RecordingTest, CamerasMayTakeTurns) {
+  put_cameras(folder.path());
+  put(folder / "rear" / "poses.csv",
+      "name,stamp_ns,x_m,y_m,yaw_rad\na,50000005,0,0,0\nb,150000005,1,0,0\nc,250000005,2,0,0.1\n");
+  const auto recording{open()};
+  for (const std::size_t index : {0U, 1U, 2U}) {
+    const StereoFrame frame{recording->load(index)};
+    ASSERT_EQ(frame.others.size(), 1U) << index;
+    EXPECT_EQ(frame.others[0].stamp_ns - frame.stamp_ns, 50'000'000);
+  }
 }
 
 TEST_F(RecordingTest, FramesFileSaysWhichFramesTheLinesBelongTo) {

@@ -97,6 +97,8 @@ def test_mistakes(around: sg.Recording) -> None:
         pipeline_of([])
     with pytest.raises(sg.InputError, match="no frames"):
         pipeline.process([])
+    with pytest.raises(TypeError, match="None in the list"):
+        pipeline.process([frame, None])  # type: ignore[list-item]
     with pytest.raises(sg.InputError, match="second one of its camera"):
         pipeline.process([copy_of(frame), copy_of(frame)])
     with pytest.raises(sg.InputError, match=r"camera is 7 \(allowed 0 … 2\)"):

@@ -122,6 +122,7 @@ class PlaceCheck {
     double first{0};    ///< squares of the first camera's; likewise the second's
     double second{0};
     int cells{0};
+    int obstacles{0};  ///< number of cells that are occupied in both
 
     [[nodiscard]] double correlation() const;
   };
@@ -134,7 +135,7 @@ class PlaceCheck {
   int seen_{0};
   int frames_{0};
   std::vector<std::string> names_;
-  std::map<std::pair<std::size_t, std::size_t>, Turned> pairs_;
+  std::map<std::pair<std::size_t, std::size_t>, Turned> pairs_;  // of cameras whose views overlap enough
 };
 
 /// Motion of the vehicle frame between two frames, by the images and by the poses that came with them.

@@ -236,8 +236,10 @@ constexpr float cell_log_odds_max{3.5F};
 // Pairs whose places are right stay below one of them (docs/decisions.md, 35).
 constexpr double turn_min_rad{2.25 * per_degree};
 constexpr int compared_frames_min{3};
-constexpr double compared_cells_min{400};  // in a frame
-constexpr double agreement_gain_min{12};   // gain of the correlation, times these cells
+constexpr double compared_cells_min{400};     // in a frame
+constexpr double compared_obstacles_min{20};  // likewise; ground alone has no places
+constexpr double overlap_min_rad{25 * per_degree};
+constexpr double agreement_gain_min{12};  // gain of the correlation, times these cells
 
 /// 0: unknown.
 Image<float> log_odds_of(const Image<float>& occupancy) {
@@ -246,6 +248,13 @@ Image<float> log_odds_of(const Image<float>& occupancy) {
     return p == 0.5F ? 0.0F : std::clamp(std::log(p / (1 - p)), -cell_log_odds_max, cell_log_odds_max);
   });
   return made;
+}
+
+/// Angle that both cameras see.
+double overlap_rad(const Rig& one, const Rig& other) {
+  const auto half_view = [](const Rig& rig) { return std::atan(rig.width_px / (2 * rig.focal_px)); };
+  const double turned{std::abs(std::remainder(one.camera_yaw_rad - other.camera_yaw_rad, 360 * per_degree))};
+  return half_view(one) + half_view(other) - turned;
 }
 
 double turn_rad(std::size_t turn, int turns) {
@@ -278,6 +287,7 @@ void PlaceCheck::compare(const Image<float>& first, const Image<float>& second, 
         sums.first += a * a;
         sums.second += b * b;
         ++sums.cells;
+        sums.obstacles += a > 0 && b > 0 ? 1 : 0;
       }
     }
   }
@@ -294,8 +304,10 @@ void PlaceCheck::add(const FrameResult& result) {
     log_odds.push_back(log_odds_of(camera.observed));
   }
   for (std::size_t i{0}; i < cameras.size(); ++i) {
-    for (std::size_t j{i + 1}; j < cameras.size(); ++j)
+    for (std::size_t j{i + 1}; j < cameras.size(); ++j) {
+      if (overlap_rad(cameras[i].rig, cameras[j].rig) < overlap_min_rad) continue;
       compare(log_odds[i], log_odds[j], result.vehicle.geometry, camera_place(cameras[j].rig), pairs_[{i, j}]);
+    }
   }
 }
 
@@ -312,7 +324,9 @@ std::vector<std::string> PlaceCheck::findings() const {
     }
     const double turn{turn_rad(best, turns_)};
     const double gain{(turned[best].correlation() - as_placed.correlation()) * cells};
-    if (std::abs(turn) < turn_min_rad || cells < compared_cells_min || gain < agreement_gain_min) continue;
+    const bool is_at_end{best == 0 || best + 1 == turned.size()};
+    if (is_at_end || std::abs(turn) < turn_min_rad || cells < compared_cells_min || gain < agreement_gain_min) continue;
+    if (turned[best].obstacles < compared_obstacles_min * frames_) continue;
     texts.push_back(fmt::format(
         "{} and {}: where both see, their grids agree better with {} turned by {:+.1f}°. Check camera_yaw_rad, "
         "camera_x_m and camera_y_m in the mount of both.",

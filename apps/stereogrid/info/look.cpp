@@ -209,7 +209,9 @@ Looks look_at_frames(const Input& input, const Config& config, std::size_t count
   for (std::size_t i{0}; i < source.rigs().size(); ++i)
     cameras.push_back(std::make_unique<CameraLook>(input, config, i, names[i], options_of(input, i)));
   std::set<std::size_t> unusable;
-  for (const std::size_t index : spread(source.size(), count)) {
+  std::vector<std::string> faults;
+  const std::set<std::size_t> looked_at{spread(source.size(), count)};
+  for (const std::size_t index : looked_at) {
     std::optional<StereoFrame> frame;
     try {
       frame = source.load(index);
@@ -218,7 +220,12 @@ Looks look_at_frames(const Input& input, const Config& config, std::size_t count
       looks.problems.push_back(fmt::format("frame {} cannot be used: {}", source.name(index), error.what()));
     }
     for (const auto& camera : cameras) camera->load(frame ? &*frame : nullptr);
+    if (frame && !frame->left.empty() && !frame->fault.empty())
+      faults.push_back(fmt::format("frame {}: {}", frame->name, frame->fault));
   }
+  if (!faults.empty())
+    looks.problems.push_back(
+        fmt::format("{} of {} frames lack a camera's images. {}", faults.size(), looked_at.size(), faults[0]));
   std::set<std::size_t> tried{spread(source.size(), others_tried)};
   // the first ones that can be used, one after the other
   for (std::size_t index{0}, taken{0}; index < source.size() && index < 10 && taken < first_tried; ++index) {

@@ -40,10 +40,7 @@ Slot load(const FrameSource& source, std::size_t index) {
   guarded(slot, [&](QueuedFrame& frame) {
     frame.name = source.name(index);
     frame.frame = source.load(index);
-    const bool are_only_others{frame.frame->left.empty() && !frame.frame->others.empty()};
-    const std::vector<std::string> names{source.camera_names()};
-    if (are_only_others)
-      frame.warning = (names.empty() ? "camera0" : names.front()) + ": no usable images; the other cameras are used";
+    if (!frame.frame->fault.empty()) frame.warning = frame.frame->fault;
   });
   return slot;
 }

@@ -211,11 +211,16 @@ std::optional<std::size_t> frame_at(const std::vector<RecordedFrame>& frames, st
 }
 
 /// Index of the frame of `frames` that belongs to frame `index` of the first camera; none: there is none. A frame of a
-/// slower camera belongs to one frame only.
+/// slower camera belongs to the nearer one of two frames only.
 std::optional<std::size_t> partner_of(const std::vector<RecordedFrame>& first, std::size_t index,
                                       const std::vector<RecordedFrame>& frames) {
   const std::optional<std::size_t> nearest{frame_at(frames, first[index].stamp_ns)};
-  if (!nearest || frame_at(first, frames[*nearest].stamp_ns) != index) return std::nullopt;
+  if (!nearest) return std::nullopt;
+  const auto away_ns = [&](std::size_t one) { return std::abs(first[one].stamp_ns - frames[*nearest].stamp_ns); };
+  const bool has_before{index > 0 && frame_at(frames, first[index - 1].stamp_ns) == nearest};
+  const bool has_after{index + 1 < first.size() && frame_at(frames, first[index + 1].stamp_ns) == nearest};
+  if ((has_before && away_ns(index - 1) <= away_ns(index)) || (has_after && away_ns(index + 1) < away_ns(index)))
+    return std::nullopt;
   return nearest;
 }
 
@@ -237,6 +242,10 @@ void warn_of_frames(const Recording& camera, RecordingContents& contents) {
                     "nothing in the "
                     "others: check that the cameras have one clock.",
                     name, partners, contents.frames.size()));
+  } else if (2 * partners < frames.size()) {
+    contents.warnings.push_back(fmt::format(
+        "{}: {} of {} frames are used, as the first camera has fewer. List the camera with the most frames first.",
+        name, partners, frames.size()));
   }
   if (incomplete > 0) {
     contents.warnings.push_back(fmt::format("{}: an image is missing in {} of {} frames. It observes nothing there.",
@@ -263,12 +272,14 @@ StereoFrame Recording::load(std::size_t index) const {
   std::exception_ptr failure;
   try {
     frame = load_own(index);
-  } catch (const InputError&) {
+  } catch (const InputError& error) {
     failure = std::current_exception();
     frame.name = listed.name;
     frame.index = static_cast<std::int64_t>(index);
     frame.stamp_ns = listed.stamp_ns;
     frame.world_from_vehicle = listed.world_from_vehicle;
+    frame.fault =
+        fmt::format("{}: no usable images; the other cameras are used ({})", contents_.camera_name, error.what());
   }
   for (std::size_t i{0}; i < others_.size(); ++i) {
     const std::vector<RecordedFrame>& listed_others{others_[i]->contents().frames};
@@ -278,7 +289,10 @@ StereoFrame Recording::load(std::size_t index) const {
       StereoFrame other{others_[i]->load_own(*partner)};
       other.camera = static_cast<int>(i + 1);
       frame.others.push_back(std::move(other));
-    } catch (const InputError&) {  // the camera observes nothing
+    } catch (const InputError& error) {
+      if (!frame.fault.empty()) frame.fault += "; ";
+      frame.fault += fmt::format("{}: no usable images; it observes nothing ({})", others_[i]->contents().camera_name,
+                                 error.what());
     }
   }
   if (failure && frame.others.empty()) std::rethrow_exception(failure);

@@ -60,8 +60,8 @@ using Encodings = std::map<std::string, std::string>;
 /// nullptr: there is no such topic, or nothing on it.
 [[nodiscard]] const mcap::Topic* find_topic(const std::vector<mcap::Topic>& topics, const std::string& name);
 
-/// The right camera's topic by the name of the left camera's; empty: the name has no side.
-[[nodiscard]] std::string right_name_of(const std::string& left);
+/// The one of these topics that is the right camera's by the name of the left camera's; empty: none.
+[[nodiscard]] std::string right_name_of(const std::string& left, const std::vector<std::string>& there);
 
 /// CameraInfo topic of a camera, beside its images.
 [[nodiscard]] std::string info_topic_of(const mcap::Topic& images);
