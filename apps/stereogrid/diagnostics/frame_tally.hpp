@@ -135,7 +135,7 @@ class PlaceCheck {
   int seen_{0};
   int frames_{0};
   std::vector<std::string> names_;
-  std::map<std::pair<std::size_t, std::size_t>, Turned> pairs_;  // of cameras whose views overlap enough
+  std::map<std::pair<std::size_t, std::size_t>, Turned> pairs_;  // cameras whose views overlap enough
 };
 
 /// Motion of the vehicle frame between two frames, by the images and by the poses that came with them.

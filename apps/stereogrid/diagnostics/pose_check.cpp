@@ -236,9 +236,9 @@ constexpr float cell_log_odds_max{3.5F};
 // Pairs whose places are right stay below one of them (docs/decisions.md, 35).
 constexpr double turn_min_rad{2.25 * per_degree};
 constexpr int compared_frames_min{3};
-constexpr double compared_cells_min{400};     // in a frame
-constexpr double compared_obstacles_min{20};  // likewise; ground alone has no places
-constexpr double overlap_min_rad{25 * per_degree};
+constexpr double compared_cells_min{400};    // in a frame
+constexpr double compared_obstacles_min{5};  // likewise; ground alone has no places
+constexpr double overlap_min_rad{24.5 * per_degree};
 constexpr double agreement_gain_min{12};  // gain of the correlation, times these cells
 
 /// 0: unknown.
