@@ -95,7 +95,7 @@ TEST_F(Live, PlaysARecordingAndEndsWithIt) {
 TEST_F(Live, PlaysADriveWithTwoCameras) {
   const std::string scene{"scene:around?cameras=2&turn_deg=180&width=192&height=120&focal=96&frames=6"};
   const Outcome done{run_well({"live", scene, "--listen", ":0"})};
-  EXPECT_THAT(done.errors, HasSubstr("camera 1: directions of the camera's view lie outside of the grid"));
+  EXPECT_THAT(done.errors, HasSubstr("camera1: directions of the camera's view lie outside of the grid"));
 }
 
 // As systemd does for a service of Type=notify with a watchdog.
