@@ -29,13 +29,13 @@ function serve(program, ...words) {
 }
 
 /** What a canvas shows, as a hash, and how many colours it has. */
-function look(page, id = "grid") {
-  return page.evaluate((name) => {
-    const canvas = document.getElementById(name);
+function look(page, place = "#grid") {
+  return page.evaluate((selector) => {
+    const canvas = document.querySelector(selector);
     const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
     const pixels = new Uint32Array(data.buffer);
     return { colours: new Set(pixels).size, digest: pixels.reduce((hash, pixel) => Math.imul(hash ^ pixel, 0x01000193)) };
-  }, id);
+  }, place);
 }
 
 /** What the grid looks like once it has changed and changes no more. */
@@ -82,10 +82,10 @@ async function checkPlayer(browser, address) {
   await settled(page);
   const there = await look(page);
   assert.ok(there.colours > 20, `the grid has ${there.colours} colours`);
-  for (const id of ["camera", "u-disparity"]) {
-    assert.ok(await page.evaluate((name) => document.getElementById(name).naturalWidth > 100, id), `no ${id}`);
+  for (const place of [".large img", "#u-disparity"]) {
+    assert.ok(await page.evaluate((one) => document.querySelector(one).naturalWidth > 100, place), `no ${place}`);
   }
-  assert.ok((await look(page, "outlines")).colours > 2, "no obstacle in the camera's image");
+  assert.ok((await look(page, ".large canvas")).colours > 2, "no obstacle in the camera's image");
   assert.strictEqual(await page.textContent("#state"), "connected");
   await page.screenshot({ path: `${folder}/view-light.png` });
 
@@ -259,11 +259,11 @@ async function checkObstacles(page) {
   assert.match((await rows.first().innerText()).replace(/\s+/g, " "), /^\d+ (moving|standing|boundary) -?\d/);
   await page.mouse.move(5, 5);
   await page.waitForTimeout(300);
-  const before = [(await look(page)).digest, (await look(page, "outlines")).digest];
+  const before = [(await look(page)).digest, (await look(page, ".large canvas")).digest];
   await rows.first().hover();
   await page.waitForTimeout(300);
   assert.notStrictEqual((await look(page)).digest, before[0], "the row's obstacle is highlighted in the grid");
-  assert.notStrictEqual((await look(page, "outlines")).digest, before[1], "and in the image");
+  assert.notStrictEqual((await look(page, ".large canvas")).digest, before[1], "and in the image");
   assert.strictEqual(await page.locator("tr.highlighted").count(), 1);
   await page.locator("#grid").focus();
   const unzoomed = (await look(page)).digest;
