@@ -60,6 +60,17 @@ struct Pose2 {
   return {rig.camera_x_m, rig.camera_y_m, rig.camera_yaw_rad};
 }
 
+/// Bearings from a camera's optical axis, rad, counter-clockwise.
+struct HorizontalView {
+  double right_rad;
+  double left_rad;
+};
+
+/// Field of view of a camera: bearings of the outer edges of its first and last columns.
+[[nodiscard]] inline HorizontalView horizontal_view(const Rig& rig) {
+  return {-std::atan((rig.width_px - 0.5 - rig.cx_px) / rig.focal_px), std::atan((rig.cx_px + 0.5) / rig.focal_px)};
+}
+
 /// Grid of another source at a frame's time: a lidar, a second stereo pair (`observed` of its own pipeline, moved into
 /// this vehicle frame), a map.
 struct ObservedGrid {

@@ -79,9 +79,8 @@ std::string name_of_camera(const PipelineOptions& options, std::size_t camera) {
 }
 
 bool contains_view(const GridGeometry& grid, const Rig& rig) {
-  const double left_rad{std::atan(rig.cx_px / rig.focal_px)};
-  const double right_rad{-std::atan((rig.width_px - rig.cx_px) / rig.focal_px)};
-  return std::ranges::all_of(std::array{left_rad, 0.0, right_rad}, [&](double bearing_rad) {
+  const HorizontalView view{horizontal_view(rig)};
+  return std::ranges::all_of(std::array{view.left_rad, 0.0, view.right_rad}, [&](double bearing_rad) {
     return crosses(grid, {rig.camera_x_m, rig.camera_y_m}, rig.camera_yaw_rad + bearing_rad);
   });
 }

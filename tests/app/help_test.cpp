@@ -273,6 +273,24 @@ TEST_F(Preset, AutoIsTheDefaultOfAHighCamera) {
   EXPECT_EQ(json_of(folder / "run" / "run.json").at("preset"), "default");
 }
 
+TEST_F(Info, ReportsAWrongYawWhereCamerasOverlap) {
+  const auto problem_of = [](const std::string& scene) {
+    return run_well({"info", scene, "--set", "grid.rear_m=5"}).output;
+  };
+  EXPECT_THAT(problem_of("scene:empty?cameras=3&turn_deg=30&frames=3&width=384&height=240"),
+              Not(HasSubstr("agree better")));
+  const fs::path drive{folder / "drive"};
+  run_well({"simulate", "scene:street?cameras=2&turn_deg=25&focal=256&frames=5", "--no-truth", "--out", drive});
+  EXPECT_THAT(problem_of(drive.string()), Not(HasSubstr("agree better")));
+  const fs::path file{drive / "camera1" / "calibration.yaml"};
+  std::string text{text_of(file)};
+  const std::size_t yaw{text.find("camera_yaw_rad: ") + 16};
+  const double wrong_rad{std::stod(text.substr(yaw)) + 0.087};
+  text.replace(yaw, text.find_first_of(",}\n", yaw) - yaw, std::to_string(wrong_rad));
+  std::ofstream{file} << text;
+  EXPECT_THAT(problem_of(drive.string()), ContainsRegex("agree better with camera1 turned by -[45]"));
+}
+
 TEST_F(Info, RejectsADamagedFrameAndStaysUsable) {
   run_well({"simulate", small_scene("street", "&frames=3"), "--out", folder / "drive"});
   fs::resize_file(folder / "drive" / "left" / "000001.png", 100);

@@ -334,6 +334,20 @@ TEST_F(CameraSet, NamesACameraOfAnotherClock) {
   }));
 }
 
+TEST_F(CameraSet, FollowsTheFirstCameraBackFromAnotherClock) {
+  add(0, 0ms);
+  add(1, 20s);
+  ASSERT_TRUE(wait_for_frame(*set_));
+  const auto alone{wait_for_frame(*set_)};  // the first one has stopped
+  ASSERT_TRUE(alone);
+  EXPECT_TRUE(alone->frame.left.empty());
+  add(0, 5s);
+  const auto back{wait_for_frame(*set_)};
+  ASSERT_TRUE(back);
+  EXPECT_FALSE(back->frame.left.empty());
+  EXPECT_TRUE(back->resets_before);
+}
+
 TEST_F(CameraSet, RestartsWithEachCamera) {
   run_until(300ms);
   pairs_[1]->request_reset();

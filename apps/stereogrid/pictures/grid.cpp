@@ -49,8 +49,7 @@ cv::Mat draw_cells(const FrameResult& result) {
 void draw_rulers(Canvas& canvas, const TopView& view, const GridGeometry& grid, const Rig& rig) {
   constexpr int pieces{48};
   const double far_m{view.far_m()};
-  const double left{std::atan(rig.cx_px / rig.focal_px)};
-  const double right{-std::atan((rig.width_px - rig.cx_px) / rig.focal_px)};
+  const auto [right, left]{horizontal_view(rig)};
   const Stroke stroke{palette().ring, 1};
   const Pose2 camera{camera_place(rig)};
   const auto at = [&](double x_m, double y_m) {

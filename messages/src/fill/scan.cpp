@@ -30,8 +30,8 @@ struct Bearings {
 
 // The camera's field of view, in the axes of the vehicle.
 Bearings view_of(const Rig& rig) {
-  return {rig.camera_yaw_rad - std::atan((rig.width_px - 0.5 - rig.cx_px) / rig.focal_px),
-          rig.camera_yaw_rad + std::atan((rig.cx_px + 0.5) / rig.focal_px)};
+  const HorizontalView view{horizontal_view(rig)};
+  return {rig.camera_yaw_rad + view.right_rad, rig.camera_yaw_rad + view.left_rad};
 }
 
 // `rad` plus full turns: at `from_rad` or up to a turn later.

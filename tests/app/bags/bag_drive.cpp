@@ -96,7 +96,10 @@ void Bags::SetUpTestSuite() {
 }
 
 CameraInfo Bags::info(bool is_right) {
-  const Rig rig{io::read_calibration(drive() / "calibration.yaml", 160, 100).rig};
+  return info(is_right, io::read_calibration(drive() / "calibration.yaml", 160, 100).rig);
+}
+
+CameraInfo Bags::info(bool is_right, const Rig& rig) {
   CameraInfo message;
   message.width = 160;
   message.height = 100;

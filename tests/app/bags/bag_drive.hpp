@@ -2,6 +2,7 @@
 #pragma once
 
 #include "../support.hpp"
+#include "stereogrid/camera.hpp"
 #include "stereogrid/messages/cdr.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"
 
@@ -59,6 +60,7 @@ class Bags : public ::testing::Test {
   static std::int64_t stamp_of(std::size_t frame) { return static_cast<std::int64_t>(frame) * step_ns; }
   /// As the drive's calibration.yaml.
   static CameraInfo info(bool is_right);
+  static CameraInfo info(bool is_right, const Rig& rig);
   static Entry image(const std::string& topic, const char* side, std::size_t frame, const std::string& encoding,
                      std::int64_t late_ns);
   static std::vector<Entry> entries(const Wanted& wanted);

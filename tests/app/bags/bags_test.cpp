@@ -208,6 +208,24 @@ TEST_F(Bags, WithTwoPairsOfCamerasItIsAskedWhich) {
   EXPECT_EQ(no_bag.exit_code, 64);
 }
 
+TEST_F(Bags, ACameraMayBeCalledAsASide) {
+  std::vector<Entry> two;
+  for (const std::string camera : {"/left", "/right"}) {
+    for (Entry& one :
+         entries({.left = camera + "/left/image_rect", .right = camera + "/right/image_rect", .has_infos = false}))
+      two.push_back(one);
+    two.push_back(entry(camera + "/left/camera_info", start_ns, info(false)));
+    two.push_back(entry(camera + "/right/camera_info", start_ns, info(true)));
+  }
+  write_mcap(bag(), two);
+  for (const std::string camera : {"/left", "/right"}) {
+    const Outcome done{run_bag(bag(), {"--poses", "none", "--left-topic", camera + "/left/image_rect"})};
+    ASSERT_EQ(done.exit_code, 0) << done.errors;
+    EXPECT_THAT(done.errors, HasSubstr(camera + "/left/image_rect and " + camera + "/right/image_rect: 4 frames"));
+    expect_equal_runs(plain(), out());
+  }
+}
+
 TEST_F(Bags, RectifiedImagesComeBeforeRawOnes) {
   std::vector<Entry> both{entries({})};
   for (std::size_t i{0}; i < frames; ++i) {
@@ -237,25 +255,6 @@ class SeveralPairs : public Bags {
   }
   static std::string frame_of(std::size_t camera) { return std::string{names.at(camera)} + "_optical"; }
 
-  static CameraInfo info(std::size_t camera, bool is_right) {
-    const Rig optics{rig(camera)};
-    CameraInfo message{Bags::info(is_right)};
-    message.k = {optics.focal_px, 0, optics.cx_px, 0, optics.focal_px, optics.cy_px, 0, 0, 1};
-    message.p = {optics.focal_px,
-                 0,
-                 optics.cx_px,
-                 is_right ? -optics.focal_px * optics.baseline_m : 0,
-                 0,
-                 optics.focal_px,
-                 optics.cy_px,
-                 0,
-                 0,
-                 0,
-                 1,
-                 0};
-    return message;
-  }
-
   /// base_footprint → base_link 0.3 m above it → the cameras' optical frames ahead or behind, level.
   static Entry transforms(std::size_t count = names.size()) {
     messages::tf2_msgs::TFMessage message;
@@ -281,7 +280,7 @@ class SeveralPairs : public Bags {
       const std::string name_space{"/robot/" + std::string{names.at(camera)}};
       for (const char* side : {"left", "right"}) {
         const std::string topic{name_space + "/" + side};
-        all.push_back(entry(topic + "/camera_info", start_ns, info(camera, std::string{side} == "right")));
+        all.push_back(entry(topic + "/camera_info", start_ns, info(std::string{side} == "right", rig(camera))));
         for (std::size_t i{0}; i < frames; ++i) {
           const std::int64_t stamp_ns{stamp_of(i) + (camera == 1 ? rear_late_ns : 0)};
           const fs::path file{cameras() / ("camera" + std::to_string(camera)) / side /

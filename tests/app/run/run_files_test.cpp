@@ -111,12 +111,14 @@ TEST_F(Summary, OfADriveWithTwoCameras) {
   run_well({"simulate", "scene:around?cameras=2&turn_deg=180&focal=96", "--frames", "4", "--width", "192", "--height",
             "120", "--no-truth", "--out", drive});
   fs::remove(drive / "camera0" / "left" / "000002.png");
+  std::ofstream{drive / "camera1" / "left" / "000001.png"} << "no image";
   run_well({"run", drive, "--out", run, "--pictures", "--set", "grid.rear_m=10", "--set", "grid.length_m=10"});
   const std::vector<Json> lines(lines_of(run));
   ASSERT_EQ(lines.size(), 4U);
   for (const Json& line : lines) {
     const bool misses{line["name"] == "000002"};
     EXPECT_EQ(line["warnings"].dump().find("camera0: no usable images") != std::string::npos, misses);
+    EXPECT_EQ(line["warnings"].dump().find("camera1: no usable images") != std::string::npos, line["name"] == "000001");
   }
   EXPECT_EQ(files_in(run / "pictures").size(), 4U);
   const Json about(json_of(run / "run.json"));
@@ -126,7 +128,8 @@ TEST_F(Summary, OfADriveWithTwoCameras) {
   EXPECT_NEAR(about["other_rigs"][0]["camera_yaw_rad"], 3.14159265, 1e-6);
   const std::string output{run_well({"info", drive, "--set", "grid.rear_m=10", "--set", "grid.length_m=10"}).output};
   EXPECT_THAT(output, HasSubstr("camera0: 4 of 4 frames, 3 can be used"));
-  EXPECT_THAT(output, HasSubstr("camera1: 4 of 4 frames, 4 can be used"));
+  EXPECT_THAT(output, HasSubstr("camera1: 4 of 4 frames, 3 can be used"));
+  EXPECT_THAT(output, HasSubstr("1 of 4 frames lack a camera's images. frame 000001: camera1: no usable images"));
   EXPECT_THAT(output, HasSubstr("camera0: frame 000002: no usable images"));
 }
 

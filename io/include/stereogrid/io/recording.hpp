@@ -174,7 +174,8 @@ class STEREOGRID_EXPORT Recording final : public FrameSource {
   [[nodiscard]] std::vector<std::string> camera_names() const override;
   void set_camera_name(std::string name) { contents_.camera_name = std::move(name); }
   /// Adds a stereo pair of the same vehicle. A frame has the frame of it that is nearest in time, within half of its
-  /// interval; those that cannot be loaded are left out.
+  /// interval; those that cannot be loaded are left out: StereoFrame::fault names
+  /// them.
   void add_camera(std::unique_ptr<Recording> camera);
   [[nodiscard]] const std::vector<std::unique_ptr<Recording>>& other_cameras() const { return others_; }
   [[nodiscard]] std::size_t size() const override { return contents_.frames.size(); }
