@@ -118,7 +118,7 @@ void CameraPipeline::find_clusters(const GridLayers& world, const CameraFrame& n
 void CameraPipeline::add_features(CameraFrame& now) {
   if (!now.is_usable() || !config_.filter.scene_flow) return;
   const ScopedTimer timer{now.times.flow};
-  state_.scene_flow.add_points(flow_frame(now.frame), stages_->read().lattice, ranges_of(cpu_));
+  state_.scene_flow.add_points(flow_frame(now.frame), stages_->read(), ranges_of(cpu_));
 }
 
 void CameraPipeline::continue_from(const CameraPipeline& before) {
@@ -137,7 +137,7 @@ TerrainPlace CameraPipeline::place_of(const FrameGrids& grids) const {
 }
 
 MatchedFrame CameraPipeline::matched(const LevelFrame& frame) const {
-  return {frame.left, frame.right, stages_->read().lattice, stages_->mask().view(), frame.has_external_disparity()};
+  return {frame.left, frame.right, stages_->read(), stages_->mask().view(), frame.has_external_disparity()};
 }
 
 FlowFrame CameraPipeline::flow_frame(const LevelFrame& frame) const {
@@ -154,8 +154,7 @@ void CameraPipeline::track_features(CameraFrame& now) {
 // Measures the vertical misalignment in matches on the expected ground.
 bool CameraPipeline::align(const LevelFrame& frame, const Ground& expected) {
   if (!config_.matching.align_rows || frame.right.empty()) return false;
-  return state_.alignment.update(frame.left, frame.right, stages_->read().lattice, road_plane(rig_, expected),
-                                 ranges_of(cpu_));
+  return state_.alignment.update(frame.left, frame.right, stages_->read(), road_plane(rig_, expected), ranges_of(cpu_));
 }
 
 // The misalignment of the first frame is measured before its ground is searched, and once more on better matches.
@@ -192,10 +191,12 @@ GroundFit CameraPipeline::rematch(CameraFrame& now, const GroundFit& ground) {
 TerrainRules CameraPipeline::find_terrain(CameraFrame& now) {
   if (!state_.terrain) return {};
   const ScopedTimer timer{now.times.ground};
-  const HostMatches& matches{stages_->read()};
-  state_.terrain->find(matches.obstacle, matches.road, now.ground.plane, now.ground.matched_on(), place_of(now.grids),
-                       ranges_of(cpu_), now.result);
-  return state_.terrain->rules();
+  FrameTerrain& terrain{*state_.terrain};
+  terrain.begin(now.ground.plane, now.ground.matched_on(), place_of(now.grids));
+  const auto threads{ranges_of(cpu_)};
+  terrain.place(stages_->find_medians(terrain.first_row()), threads);
+  terrain.find(stages_->read_images(), threads, now.result);
+  return terrain.rules();
 }
 
 // The noise of disparities that are rounded or smoothed by the matcher does not show their errors.
@@ -205,7 +206,7 @@ float CameraPipeline::blur_in(const LevelFrame& frame) const {
   if (is_own && (!matching.subpixel || matching.method != MatchingMethod::correlation)) return widest_blur_px;
   if (!is_own && matching.external_sigma_px > 0) return blur_of(matching.external_sigma_px);
   const float rounded_px{blur_of(frame.disparity_step_px / std::sqrt(12.0))};
-  return std::max(rounded_px, blur_of(stages_->read().lattice, matching.window_px));
+  return std::max(rounded_px, blur_of(stages_->read(), matching.window_px));
 }
 
 }  // namespace stereogrid

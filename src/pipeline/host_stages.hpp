@@ -59,7 +59,21 @@ class HostStages final : public Stages {
     clear_masked();
   }
 
-  const HostMatches& read() override { return host_matches_; }
+  const Matches& read() override { return space_.matches; }
+
+  View<const float> find_medians(int first_row) override {
+    const MatchImages matches{read_images()};
+    const View<float> medians{space_.medians.view()};
+    cpu_.for_ranges(medians.height, 8, [&](int begin, int end) {
+      stereogrid::find_medians(matches.obstacle, matches.road, begin, end, first_row, medians);
+    });
+    return medians;
+  }
+
+  MatchImages read_images() override {
+    const Matches& matches{space_.matches};
+    return {matches.obstacle.view(), matches.road.view()};
+  }
 
   void observe(const FrameGrids& grids, const Evidence& evidence, FrameResult& result) override {
     if (evidence.is_usable) {
@@ -224,8 +238,6 @@ class HostStages final : public Stages {
   BackEndType& back_end_;
   HostWorkspace space_;
   ColumnCounter columns_;
-  HostMatches host_matches_{space_.matches, space_.matches.obstacle.view(), space_.matches.road.view()};
-
   StageTimes times_;  ///< times of a frame's stages
 };
 

@@ -12,6 +12,7 @@
 #include "observation/rays/rays.hpp"
 #include "observation/u_disparity/u_disparity.hpp"
 #include "pipeline/results.hpp"
+#include "terrain/samples.hpp"
 
 namespace stereogrid {
 
@@ -38,6 +39,7 @@ struct HostWorkspace {
   Image<std::uint8_t> aligned_right;
   Matches matches;
   Image<float> heights;  ///< working memory of split_surfaces
+  Image<float> medians;  ///< (row, sector), for GroundModel::terrain
   MatchingWorkspace matching;
   UDisparityTables u_disparity_tables;
   UDisparityWorkspace u_disparity;
@@ -58,6 +60,8 @@ inline HostWorkspace::HostWorkspace(const Config& config, const Rig& level_rig, 
     : aligned_right{level_rig.width_px, level_rig.height_px},
       matches{level_rig.width_px, level_rig.height_px},
       heights{level_rig.width_px, level_rig.height_px},
+      medians{config.ground.model == GroundModel::terrain ? level_rig.height_px : 0,
+              terrain_sectors(level_rig.width_px)},
       matching{level_rig.width_px, level_rig.height_px, config.matching, threads},
       u_disparity_tables{{config.u_disparity, config.paper}, level_rig.height_px, config.matching.window_px},
       u_disparity{level_rig.width_px, level_rig.height_px, config.matching.disparities, threads},
@@ -76,8 +80,9 @@ inline HostWorkspace::HostWorkspace(const Config& config, const Rig& level_rig, 
 }
 
 inline std::size_t HostWorkspace::memory_bytes() const {
-  return memory_bytes_of(aligned_right, matches, heights, matching, u_disparity_tables, u_disparity, projection, rays,
-                         filter_tables, observed_world, filtered, next, weighing, block_kinds, part_kinds) +
+  return memory_bytes_of(aligned_right, matches, heights, medians, matching, u_disparity_tables, u_disparity,
+                         projection, rays, filter_tables, observed_world, filtered, next, weighing, block_kinds,
+                         part_kinds) +
          (prediction ? sizeof(PredictionWorkspace) + prediction->memory_bytes() : 0);
 }
 

@@ -92,13 +92,6 @@ struct MatchGround {
   const Relief<Host>* surface{nullptr};  ///< local ground over the plane, by which external disparities are split
 };
 
-/// The last matches, as the host reads them. Valid until the frame is matched again.
-struct HostMatches {
-  const Matches& lattice;      ///< valid at the pixels of MatchLattice only
-  View<const float> obstacle;  ///< (H, W) px, 0 = none; for GroundModel::terrain: a device may have none otherwise
-  View<const float> road;
-};
-
 /// Input of a frame's grids beside its matches.
 struct Evidence {
   bool is_usable{true};  ///< false: both grids are unknown
@@ -147,8 +140,14 @@ class Stages {
   /// Disparities of obstacles and road (III-C), or external ones split into both. Once or more in a frame.
   virtual void match(const LevelFrame& frame, const FrameGrids& grids, const RowAlignment& rows,
                      const MatchGround& ground) = 0;
-  /// Waits for match(). Any thread may call this.
-  virtual const HostMatches& read() = 0;
+  /// Waits for match(): disparities, valid at the pixels of MatchLattice only, until the frame is matched again. Any
+  /// thread may call this.
+  virtual const Matches& read() = 0;
+  /// Medians of the last matches by sector and row, (row, sector), from `first_row` on: see find_medians(). For
+  /// GroundModel::terrain, and before a second match on a surface; valid until the next match().
+  virtual View<const float> find_medians(int first_row) = 0;
+  /// The last matches at all pixels, under the same conditions. A device brings them later than the others.
+  virtual MatchImages read_images() = 0;
   /// Occupancy of the vehicle's grid and of the window (IV, V-A) by this camera.
   virtual void observe(const FrameGrids& grids, const Evidence& evidence, FrameResult& result) = 0;
   /// Nodes of the obstacles in the last matches, on the ground of the last observe(), by which a device has counted

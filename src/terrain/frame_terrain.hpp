@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "geometry/matches.hpp"
 #include "memory_bytes.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/result.hpp"
@@ -34,19 +35,28 @@ class FrameTerrain {
  public:
   FrameTerrain(const Rig& level_rig, const Config& config, const GridGeometry& vehicle_grid, int window_cells);
 
-  /// Sets elevation and classes of `result`. Does nothing with GroundModel::plane.
-  template <class ForRanges>
-  void find(View<const float> obstacle, View<const float> road, const Ground& ground, const Ground& surface,
-            const TerrainPlace& place, const ForRanges& for_ranges, FrameResult& result) {
+  /// Begins a frame in which the camera has an image: before place() and find(), see Terrain.
+  void begin(const Ground& ground, const Ground& surface, const TerrainPlace& place) {
     move(place);
-    terrain_.find(obstacle, road, ground, surface, for_ranges);
+    terrain_.begin(ground, surface);
+  }
+  /// First row of the frame that has samples.
+  [[nodiscard]] int first_row() const { return terrain_.first_row(); }
+  template <class ForRanges>
+  void place(View<const float> medians, const ForRanges& for_ranges) {
+    terrain_.place(medians, for_ranges);
+  }
+  /// Sets elevation and classes of `result`. `matches`: disparities of all pixels.
+  template <class ForRanges>
+  void find(const MatchImages& matches, const ForRanges& for_ranges, FrameResult& result) {
+    terrain_.find(for_ranges);
     edges_.clear();
     terrain_.add_edges(edges_);
-    low_obstacles_.find(obstacle, road, terrain_, place.window_in_camera, for_ranges);
+    low_obstacles_.find(matches.obstacle, matches.road, terrain_, place_.window_in_camera, for_ranges);
     for_ranges(vehicle_grid_.ny,
-               [&](int begin, int end) { write_vehicle(place.vehicle_in_camera, begin, end, result); });
-    mark_low_obstacles(place.window_cells, result);
-    for_ranges(place.window.ny, [&](int begin, int end) { write_window(place.window_in_camera, begin, end); });
+               [&](int begin, int end) { write_vehicle(place_.vehicle_in_camera, begin, end, result); });
+    mark_low_obstacles(place_.window_cells, result);
+    for_ranges(place_.window.ny, [&](int begin, int end) { write_window(place_.window_in_camera, begin, end); });
   }
   /// A frame in which the camera has no image.
   void find_nothing(const TerrainPlace& place);

@@ -50,7 +50,8 @@ float SectorRows::growth(int v) const {
   float rr{0};
   float d{0};
   float dr{0};
-  for (int k{-line_rows}; k <= line_rows; ++k) {
+  const int last{std::min(line_rows, end_row - 1 - v)};
+  for (int k{std::max(-line_rows, first_row - v)}; k <= last; ++k) {
     const float there{disparity[v + k]};
     if (!(there > 0)) continue;
     const auto row = static_cast<float>(k);
@@ -63,37 +64,38 @@ float SectorRows::growth(int v) const {
   return n <= line_rows ? std::numeric_limits<float>::quiet_NaN() : (n * dr - r * d) / (n * rr - r * r);
 }
 
-TerrainSamples::TerrainSamples(int width_px, int height_px, int rings)
-    : height_px_{height_px},
-      disparity_{height_px + 2 * line_rows, std::max(1, width_px / sector_px)},
-      x_{height_px, disparity_.height()},
-      z_{height_px, disparity_.height()},
-      next_{height_px, disparity_.height()},
-      first_{rings, disparity_.height()},
-      spread_{rings, disparity_.height()},
-      spread_count_{rings, disparity_.height()},
-      rows_(static_cast<std::size_t>(disparity_.height())) {}
-
-// Rows above the line of sight along half the steepest slope show nothing that the walk reaches.
-void TerrainSamples::begin(const TerrainCamera& camera, const TerrainLimits& limits) {
-  camera_ = camera;
-  limits_ = limits;
-  const float middle{camera.tangent(static_cast<float>(sectors() * sector_px) / 2, 0)};
-  const float row{(-limits.slope / 2 - middle) / camera.tangent_per_v};
-  first_row_ = static_cast<int>(std::clamp(row, 0.0f, static_cast<float>(height_px_)));
-  for (int sector{0}; sector < sectors(); ++sector) rows_[static_cast<std::size_t>(sector)] = rows_of(sector);
-}
-
 // Some rows of all sectors at a time: neighbours share cache lines.
-void TerrainSamples::read(int begin, int end, View<const float> obstacle, View<const float> road) {
-  for (int sector{begin}; sector < end; ++sector) std::fill_n(disparity_.row(sector) + line_rows, first_row_, 0.0f);
-  for (int v{first_row_}; v < height_px_;) {
-    const int rows{height_px_ - v < 2 * read_rows ? height_px_ - v : read_rows};
+void find_medians(View<const float> obstacle, View<const float> road, int begin, int end, int first_row,
+                  View<float> medians) {
+  for (int v{first_row}; v < medians.width;) {
+    const int rows{medians.width - v < 2 * read_rows ? medians.width - v : read_rows};
     for (int sector{begin}; sector < end; ++sector) {
-      find_medians(obstacle, road, sector * sector_px, {v, v + rows}, disparity_.row(sector) + line_rows + v);
+      find_medians(obstacle, road, sector * sector_px, {v, v + rows}, medians.row(sector) + v);
     }
     v += rows;
   }
+}
+
+int first_sample_row(const TerrainCamera& camera, const TerrainLimits& limits, int width_px, int height_px) {
+  const float middle{camera.tangent(static_cast<float>(terrain_sectors(width_px) * sector_px) / 2, 0)};
+  const float row{(-limits.slope / 2 - middle) / camera.tangent_per_v};
+  return static_cast<int>(std::clamp(row, 0.0f, static_cast<float>(height_px)));
+}
+
+TerrainSamples::TerrainSamples(int width_px, int height_px, int rings)
+    : x_{height_px, terrain_sectors(width_px)},
+      z_{height_px, x_.height()},
+      next_{height_px, x_.height()},
+      first_{rings, x_.height()},
+      spread_{rings, x_.height()},
+      spread_count_{rings, x_.height()},
+      rows_(static_cast<std::size_t>(x_.height())) {}
+
+void TerrainSamples::begin(const TerrainCamera& camera, View<const float> medians, int first_row) {
+  camera_ = camera;
+  medians_ = medians;
+  first_row_ = first_row;
+  for (int sector{0}; sector < sectors(); ++sector) rows_[static_cast<std::size_t>(sector)] = rows_of(sector);
 }
 
 void TerrainSamples::place(int sector, const Rings& rings) {
@@ -102,7 +104,7 @@ void TerrainSamples::place(int sector, const Rings& rings) {
   float* const z{z_.row(sector)};
   const float focal_baseline_pxm{camera_.focal_baseline_pxm};  // members might change with each store
   const float height_m{camera_.height_m};
-  for (int v{first_row_}; v < height_px_; ++v) {
+  for (int v{first_row_}; v < s.end_row; ++v) {
     const float there{s.disparity[v]};
     x[v] = focal_baseline_pxm / (there < 1e-3f ? 1e-3f : there);
     z[v] = height_m - s.tangent(static_cast<float>(v)) * x[v];
@@ -115,10 +117,10 @@ void TerrainSamples::place(int sector, const Rings& rings) {
   std::fill_n(spread, spread_.width(), 0.0f);
   std::fill_n(spread_count, spread_count_.width(), 0.0f);
   const bool is_last{sector + 1 == sectors()};
-  const float* const beside{disparity_.row(is_last ? sector : sector + 1) + line_rows};
+  const float* const beside{medians_.row(is_last ? sector : sector + 1)};
   const auto places = static_cast<float>(rings.places());
   const float roll_px{camera_.tangent_per_u * sector_px * focal_baseline_pxm / height_m};
-  for (int v{first_row_}; v < height_px_; ++v) {
+  for (int v{first_row_}; v < s.end_row; ++v) {
     const float there{s.disparity[v]};
     const int ring{there > 0 ? rings.at_place(static_cast<int>(std::min(there * Rings::places_per_px, places)))
                              : no_ring};
@@ -154,14 +156,10 @@ void TerrainSamples::measure_noise(int rings, std::vector<float>& sigma_px) cons
 }
 
 SectorRows TerrainSamples::rows_of(int sector) const {
-  return {disparity_.row(sector) + line_rows,
-          x_.row(sector),
-          z_.row(sector),
-          next_.row(sector),
-          first_.row(sector),
-          camera_.tangent((static_cast<float>(sector) + 0.5f) * sector_px - 0.5f, 0),
-          camera_.tangent_per_v,
-          first_row_,
-          height_px_};
+  return {medians_.row(sector),  x_.row(sector),
+          z_.row(sector),        next_.row(sector),
+          first_.row(sector),    camera_.tangent((static_cast<float>(sector) + 0.5f) * sector_px - 0.5f, 0),
+          camera_.tangent_per_v, first_row_,
+          medians_.width};
 }
 }  // namespace stereogrid

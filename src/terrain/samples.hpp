@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -25,6 +26,11 @@ struct ImageRows {
   int end;
 };
 
+/// Sectors of an image, of sector_px columns. Those behind the last whole sector belong to none.
+constexpr int terrain_sectors(int width_px) {
+  return std::max(1, width_px / sector_px);
+}
+
 /// Upper median of the disparities > 0 in columns `column` … column + sector_px − 1, at least three, of each row; 0:
 /// fewer. A pixel has an obstacle's or a road disparity. Columns behind the image have none.
 void find_medians(View<const float> obstacle, View<const float> road, int column, ImageRows rows, float* medians);
@@ -34,9 +40,17 @@ namespace plain {
 void find_medians(View<const float> obstacle, View<const float> road, int column, ImageRows rows, float* medians);
 }
 
+/// The same of the sectors begin … end − 1, in rows from `first_row` on. `medians`: (row, sector).
+void find_medians(View<const float> obstacle, View<const float> road, int begin, int end, int first_row,
+                  View<float> medians);
+
+/// First row in which the walk reaches anything: those above the line of sight along half the steepest slope show
+/// nothing of it.
+int first_sample_row(const TerrainCamera& camera, const TerrainLimits& limits, int width_px, int height_px);
+
 /// One sector of the samples. Rows are rows of the image.
 struct SectorRows {
-  const float* disparity;     ///< median of the sector's pixels in a row, px; 0: none, as in line_rows beside the image
+  const float* disparity;     ///< median of the sector's pixels in a row, px; 0: none
   const float* x;             ///< m; valid where there is a disparity
   const float* z;             ///< m
   const std::int16_t* next;   ///< next row, upwards, with a sample in the same ring
@@ -57,33 +71,30 @@ class TerrainSamples {
   TerrainSamples(int width_px, int height_px, int rings);
 
   [[nodiscard]] int sectors() const { return x_.height(); }
-  /// Sets the data of all sectors, before the functions below.
-  void begin(const TerrainCamera& camera, const TerrainLimits& limits);
-  /// Medians of sectors begin … end − 1, over pixels with an obstacle's or a road disparity.
-  void read(int begin, int end, View<const float> obstacle, View<const float> road);
-  /// Places of one sector's samples, once it and the next sector have been read.
+  /// Sets the data of all sectors, before the functions below. `medians`: (row, sector), valid from `first_row` on, and
+  /// while the samples are used; see find_medians().
+  void begin(const TerrainCamera& camera, View<const float> medians, int first_row);
+  /// Places of one sector's samples.
   void place(int sector, const Rings& rings);
   /// Standard deviation of disparities by ring, once all sectors are placed, px (docs/terrain.md).
   void measure_noise(int rings, std::vector<float>& sigma_px) const;
 
   [[nodiscard]] const SectorRows& rows(int sector) const { return rows_[static_cast<std::size_t>(sector)]; }
   [[nodiscard]] std::size_t memory_bytes() const {
-    return memory_bytes_of(disparity_, x_, z_, next_, first_, spread_, spread_count_, rows_);
+    return memory_bytes_of(x_, z_, next_, first_, spread_, spread_count_, rows_);
   }
 
  private:
   [[nodiscard]] SectorRows rows_of(int sector) const;
 
   TerrainCamera camera_{Rig{}, Ground{}};
-  TerrainLimits limits_{};
-  int height_px_;
+  View<const float> medians_{};
   int first_row_{0};
-  Image<float> disparity_;  // (sector, row + line_rows)
-  Image<float> x_;
+  Image<float> x_;  // (row, sector)
   Image<float> z_;
   Image<std::int16_t> next_;
-  Image<std::int16_t> first_;  // (sector, ring)
-  Image<float> spread_;        // (sector, ring): sum of differences to the next sector
+  Image<std::int16_t> first_;  // (ring, sector)
+  Image<float> spread_;        // (ring, sector): sum of differences to the next sector
   Image<float> spread_count_;
   std::vector<SectorRows> rows_;  // by sector, of the frame
 };

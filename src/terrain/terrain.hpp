@@ -41,21 +41,29 @@ class Terrain {
   Terrain(const Rig& level_rig, const TerrainLimits& limits, float cell_m, float farthest_m, int disparities,
           int window_px);
 
-  /// `surface`: plane of the nearest visible ground. `for_ranges`(count, work): calls work(begin, end) on disjoint
-  /// parts of [0, count).
+  /// Begins a frame. `surface`: plane of the nearest visible ground.
+  void begin(const Ground& ground, const Ground& surface);
+  /// First row of the frame that has samples.
+  [[nodiscard]] int first_row() const { return first_row_; }
+  /// Places and noise of the frame's samples, after begin(). `medians`: see find_medians(); valid until the end of
+  /// find(). `for_ranges`(count, work): calls work(begin, end) on disjoint parts of [0, count).
   template <class ForRanges>
-  void find(View<const float> obstacle, View<const float> road, const Ground& ground, const Ground& surface,
-            const ForRanges& for_ranges) {
-    begin(ground, surface);
+  void place(View<const float> medians, const ForRanges& for_ranges) {
+    samples_.begin(camera_, medians, first_row_);
+    for_ranges(samples_.sectors(), [&](int first, int end) {
+      for (int sector{first}; sector < end; ++sector) samples_.place(sector, rings_);
+    });
+    begin_walks();
+  }
+  /// Ground of the frame, after place().
+  template <class ForRanges>
+  void find(const ForRanges& for_ranges) {
     const int sectors{samples_.sectors()};
     const auto for_sectors = [&](const auto& work) {
       for_ranges(sectors, [&](int first, int end) {
         for (int sector{first}; sector < end; ++sector) work(sector);
       });
     };
-    for_ranges(sectors, [&](int first, int end) { samples_.read(first, end, obstacle, road); });
-    for_sectors([&](int sector) { samples_.place(sector, rings_); });
-    begin_walks();
     for_sectors([&](int sector) {
       if (sector % TrenchFilter::step == 0) trenches_.find(camera_, limits_, samples_, sector);
     });
@@ -151,7 +159,6 @@ class Terrain {
   [[nodiscard]] PolarGeometry polar_geometry(float half_m) const;
   [[nodiscard]] bool has_no_ground(const PolarPlaces& borders, std::size_t group) const;
   [[nodiscard]] RingPart part_of(int ring, int first, int last) const;
-  void begin(const Ground& ground, const Ground& surface);
   void begin_walks();
   void count_observed_rings();
   [[nodiscard]] WalkInput input() const {
@@ -169,6 +176,7 @@ class Terrain {
   Image<SectorWalk> walks_;           // (sector, 0)
   TrenchFilter trenches_;
   TerrainRelief relief_;
+  int first_row_{0};
   int checked_rings_{0};
   Image<std::uint8_t> reached_;      // (sector, 0): a way leads there
   std::vector<int> observed_rings_;  // by sector: up to the last one with a known cell

@@ -48,12 +48,18 @@ struct Seen {
   Image<std::int16_t> relief;
 };
 
+inline Image<float> medians_of(const Image<float>& disparity, int first_row) {
+  Image<float> medians{disparity.height(), terrain_sectors(disparity.width())};
+  const Image<float> none{disparity.width(), disparity.height()};
+  find_medians(disparity.view(), none.view(), 0, medians.height(), first_row, medians.view());
+  return medians;
+}
+
 /// `slope`: surface that fills the view; nullptr: none.
 inline Seen walked(const Vehicle& vehicle, const Image<float>& disparity, const Ground* slope = nullptr) {
   const GridGeometry& grid{vehicle.grid};
   constexpr float none_m{std::numeric_limits<float>::quiet_NaN()};
   Seen seen{{grid.nx, grid.ny, none_m}, {grid.nx, grid.ny, none_m}, {grid.nx, grid.ny}, {}};
-  const Image<float> none{disparity.width(), disparity.height()};
   Terrain terrain{vehicle.rig,
                   vehicle.limits,
                   static_cast<float>(grid.cell_size_m),
@@ -63,7 +69,10 @@ inline Seen walked(const Vehicle& vehicle, const Image<float>& disparity, const 
   const auto in_order = [](int count, const auto& work) { work(0, count); };
   Ground ground;
   ground.height_m = vehicle.rig.camera_height_m;
-  terrain.find(disparity.view(), none.view(), ground, slope != nullptr ? *slope : ground, in_order);
+  terrain.begin(ground, slope != nullptr ? *slope : ground);
+  const Image<float> medians{medians_of(disparity, terrain.first_row())};
+  terrain.place(medians.view(), in_order);
+  terrain.find(in_order);
   terrain.visit(grid_in_vehicle(grid, {}), 0, grid.ny, [&](int ix, int iy, float x_m, const Terrain::RingPart& part) {
     const CellGround cell{terrain.ground_at(x_m, part)};
     seen.elevation_m(ix, iy) = cell.elevation_m;

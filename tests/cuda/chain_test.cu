@@ -252,13 +252,23 @@ TEST(external_disparities_with_bins) {
   check_external(config);
 }
 
-TEST(all_disparities_are_read_for_terrain_only) {
+TEST(samples_are_read_for_terrain_only) {
+  const Street street{small_rig()};
   Config config{small_config()};
   for (const GroundModel model : {GroundModel::plane, GroundModel::terrain}) {
     config.ground.model = model;
-    CudaStages stages{config, small_rig()};
-    CHECK_EQUAL(stages.read().obstacle.empty(), model == GroundModel::plane);
-    CHECK_EQUAL(stages.read().road.empty(), model == GroundModel::plane);
+    auto stages{std::make_unique<CudaStages>(config, small_rig())};
+    CudaStages& gpu{*stages};
+    Runner runner{std::move(stages), config, small_rig()};
+    runner.run(street.frame(0), 0);
+    CHECK_EQUAL(gpu.find_medians(0).empty(), model == GroundModel::plane);
+    if (model == GroundModel::terrain) {
+      const MatchImages images{gpu.read_images()};
+      const StageImages& expected{runner.result.stages};
+      const auto size = static_cast<std::ptrdiff_t>(expected.road_disparity.size());
+      CHECK(std::equal(images.obstacle.data, images.obstacle.data + size, expected.obstacle_disparity.data()));
+      CHECK(std::equal(images.road.data, images.road.data + size, expected.road_disparity.data()));
+    }
     check_drive(config);
   }
 }

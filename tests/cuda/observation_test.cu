@@ -15,6 +15,7 @@
 #include "observation/rays/rays.hpp"
 #include "observation/u_disparity/cuda.hpp"
 #include "obstacles/segmentation/cuda.hpp"
+#include "terrain/cuda.hpp"
 
 namespace stereogrid::test {
 namespace {
@@ -183,6 +184,32 @@ TEST(nodes_of_obstacles_are_those_of_the_cpu) {
     found += expected.size();
   }
   CHECK(found > 4000);
+}
+
+TEST(medians_of_sectors_are_those_of_the_definition) {
+  Random random{43};
+  for (int round{0}; round < 30; ++round) {
+    const Rig rig{random.whole(1, 150), random.whole(1, 70), 100, 50, 30, 0.5};
+    Matches matches{rig.width_px, rig.height_px};
+    for (int v{0}; v < rig.height_px; ++v) {
+      for (int u{0}; u < rig.width_px; ++u) {
+        Image<float>& image{random.happens(0.5) ? matches.obstacle : matches.road};
+        if (random.happens(v % 4 * 0.3)) image(u, v) = static_cast<float>(random.whole(1, 9)) / 4;
+      }
+    }
+    Image<float> expected{rig.height_px, terrain_sectors(rig.width_px)};
+    for (int sector{0}; sector < expected.height(); ++sector) {
+      plain::find_medians(matches.obstacle.view(), matches.road.view(), sector * sector_px, {0, rig.height_px},
+                          expected.row(sector));
+    }
+    Cuda cuda;
+    const DeviceImage<float> obstacle{on_device(cuda, matches.obstacle)};
+    const DeviceImage<float> road{on_device(cuda, matches.road)};
+    DeviceImage<float> medians{expected.width(), expected.height()};
+    TerrainOnDevice terrain{rig, true, medians.data()};
+    find_medians(cuda, obstacle.view(), road.view(), terrain);
+    CHECK_EQUAL(differences(on_host(cuda, medians), expected), 0);
+  }
 }
 
 struct Scene {

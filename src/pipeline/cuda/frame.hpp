@@ -62,9 +62,10 @@ struct FrameLayout {
   std::size_t given_end;
   // FrameFromDevice, and behind it the matches read by the host
   std::size_t lattice;   ///< see gather_lattice
-  std::size_t obstacle;  ///< disparities of obstacles
+  std::size_t medians;   ///< for terrain, likewise
+  std::size_t obstacle;  ///< disparities of obstacles: in a download of their own
   std::size_t road;      ///< and of the road
-  std::size_t answer_end;
+  std::size_t images_read_end;
 };
 
 /// Sizes of the grids; without a filter the filtered ones are empty.
@@ -107,6 +108,7 @@ struct HostMemory {
   [[nodiscard]] float* given() { return at<float>(input, layout.left); }
   [[nodiscard]] FrameFromDevice& answer() { return *at<FrameFromDevice>(output, 0); }
   [[nodiscard]] const float* lattice() { return at<float>(output, layout.lattice); }
+  [[nodiscard]] const float* medians() { return at<float>(output, layout.medians); }
   [[nodiscard]] const float* obstacle() { return at<float>(output, layout.obstacle); }
   [[nodiscard]] const float* road() { return at<float>(output, layout.road); }
 
@@ -133,8 +135,10 @@ struct DeviceMemory {
   [[nodiscard]] FrameOnDevice* frame() { return at<FrameOnDevice>(input, 0); }
   [[nodiscard]] FrameFromDevice* answer() { return at<FrameFromDevice>(output, 0); }
   void upload_frame(Cuda& cuda, const HostMemory& host, bool is_external);
-  /// Counts the matches, and downloads the results that the host waits for; all disparities only for terrain.
+  /// Counts the matches, and downloads the results that the host waits for.
   void fetch_answer(Cuda& cuda, HostMemory& host);
+  /// Downloads all disparities.
+  void fetch_images(Cuda& cuda, HostMemory& host);
   /// Both observed grids are unknown.
   void observe_nothing(Cuda& cuda);
   void fetch_grids(Cuda& cuda, HostMemory& host);
@@ -153,6 +157,7 @@ struct DeviceMemory {
   DeviceImage<std::uint8_t> aligned;
   DeviceImage<std::uint8_t> masked;  ///< PixelMask, where there is one
   DeviceMatches matches;
+  TerrainOnDevice terrain;  ///< medians in the output
   MatchingWorkspaceOnDevice matching;
   UDisparityOnDevice u_disparity;
   ProjectionOnDevice projection;
@@ -175,6 +180,7 @@ class StreamTimes {
     uploaded,
     matched,
     answered,
+    brought,
     resumed,
     counted,
     projected,
@@ -184,7 +190,7 @@ class StreamTimes {
     filtered,
     fetched
   };
-  static constexpr int marks{13};
+  static constexpr int marks{14};
 
   StreamTimes();
   StreamTimes(const StreamTimes&) = delete;

@@ -32,17 +32,10 @@ CudaStages::CudaStages(const Config& config, const Rig& level_rig, int device, c
       device_{cuda_, config, rig_, sizes_, filter_tables_},
       host_{rig_, sizes_, device_.rays.relief.size()},
       columns_{cuda_, rig_, config.u_disparity, config.matching.disparities},
-      matches_{rig_.width_px, rig_.height_px},
-      host_matches_{matches_, downloaded(host_.obstacle()), downloaded(host_.road())} {
+      matches_{rig_.width_px, rig_.height_px} {
   set_memory_use({sizeof *this + held_.pinned + memory_bytes_of(filter_tables_, matches_), held_.device});
   load_mask();
   cuda_.load([this] { load_kernels(); });
-}
-
-// Only terrain reads all disparities on the host.
-View<const float> CudaStages::downloaded(const float* pinned) const {
-  if (config_.ground.model == GroundModel::plane) return {};
-  return {pinned, rig_.width_px, rig_.height_px, rig_.width_px};
 }
 
 // An exception may have ended a frame whose work the device has not finished.
@@ -144,14 +137,35 @@ void CudaStages::match(const LevelFrame& frame, const FrameGrids& grids, const R
   perform(match_graphs_[is_external_ ? 1 : 0], [this] { enqueue_match(); });
   times_.mark(cuda_, StreamTimes::answered);
   is_lattice_taken_ = false;
+  if (!has_terrain()) return;
+  device_.fetch_images(cuda_, host_);
+  times_.mark(cuda_, StreamTimes::brought);
 }
 
-const HostMatches& CudaStages::read() {
+const Matches& CudaStages::read() {
   cuda_.use();
   times_.wait_for(StreamTimes::answered);
   if (!is_lattice_taken_) scatter_lattice();
   is_lattice_taken_ = true;
-  return host_matches_;
+  return matches_;
+}
+
+// Medians of all rows came with the answer of the matching.
+View<const float> CudaStages::find_medians(int) {
+  cuda_.use();
+  times_.wait_for(StreamTimes::answered);
+  const DeviceImage<float>& medians{device_.terrain.medians};
+  return {host_.medians(), medians.width(), medians.height(), medians.width()};
+}
+
+// Brought while the host searches the ground.
+MatchImages CudaStages::read_images() {
+  cuda_.use();
+  times_.wait_for(StreamTimes::brought);
+  const auto image = [this](const float* pinned) {
+    return View<const float>{pinned, rig_.width_px, rig_.height_px, rig_.width_px};
+  };
+  return {image(host_.obstacle()), image(host_.road())};
 }
 
 void CudaStages::put_ground(const Ground& ground) {
@@ -249,6 +263,10 @@ void CudaStages::enqueue_match() {
     clear_masked();
   }
   times_.mark(cuda_, StreamTimes::matched);
+  if (has_terrain()) {
+    stereogrid::find_medians(cuda_, std::as_const(device_.matches.obstacle).view(),
+                             std::as_const(device_.matches.road).view(), device_.terrain);
+  }
   device_.fetch_answer(cuda_, host_);
 }
 

@@ -22,7 +22,9 @@ class CudaStages final : public Stages {
 
   void match(const LevelFrame& frame, const FrameGrids& grids, const RowAlignment& rows,
              const MatchGround& ground) override;
-  const HostMatches& read() override;
+  const Matches& read() override;
+  View<const float> find_medians(int first_row) override;
+  MatchImages read_images() override;
   void observe(const FrameGrids& grids, const Evidence& evidence, FrameResult& result) override;
   void fuse_cameras(std::span<const CameraGrids> cameras, FrameResult& result) override;
   std::span<const ColumnNode> find_nodes(const Ground& ground, const Relief<Host>& relief) override;
@@ -45,7 +47,7 @@ class CudaStages final : public Stages {
 
  private:
   [[nodiscard]] bool counts_rays() const { return config_.projection.model == ProjectionModel::rays; }
-  [[nodiscard]] View<const float> downloaded(const float* pinned) const;
+  [[nodiscard]] bool has_terrain() const { return config_.ground.model == GroundModel::terrain; }
   void load_kernels();
   void load_mask();
   void put_frame(const LevelFrame& frame, const FrameGrids& grids);
@@ -79,8 +81,7 @@ class CudaStages final : public Stages {
   DeviceMemory device_;
   HostMemory host_;
   ColumnsOnDevice columns_;
-  Matches matches_;  ///< see HostMatches::lattice
-  HostMatches host_matches_;
+  Matches matches_;                                             ///< see read()
   CudaBytes held_{cuda_bytes_allocated() - allocated_before_};  // by the members so far
 
   // data of a frame

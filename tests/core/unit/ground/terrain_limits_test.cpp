@@ -113,8 +113,10 @@ struct FrameOf {
     const auto in_order = [](int count, const auto& work) { work(0, count); };
     const GridGeometry cells{window.at(pose)};
     const GridInVehicle window_cells{grid_in_vehicle(cells, inverse(pose))};
-    terrain.find(disparity.view(), none.view(), ground, ground,
-                 {cells, window_cells, pose, dt_s, grid_in_vehicle(vehicle.grid, {}), window_cells}, in_order, result);
+    terrain.begin(ground, ground, {cells, window_cells, pose, dt_s, grid_in_vehicle(vehicle.grid, {}), window_cells});
+    const Image<float> medians{medians_of(disparity, terrain.first_row())};
+    terrain.place(medians.view(), in_order);
+    terrain.find({disparity.view(), none.view()}, in_order, result);
   }
   /// Highest filtered occupancy at x in front of the vehicle, if the filter has only seen free cells.
   float filtered_at(double x, bool is_usable = true, const std::function<bool(Point2)>& claims_free = {}) {

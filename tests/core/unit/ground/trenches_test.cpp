@@ -18,8 +18,6 @@ class Trenches : public testing::Test {
   static constexpr int middle{20};
   static constexpr int edge{250};  ///< row of the edge, 6.1 m ahead; 9 rows of wall are 0.9 m of trench
 
-  Trenches() { samples_.begin(camera_, limits_); }
-
   /// Level ground, above `edge` a far wall of `wall_rows`, whose disparity grows by `growth` of the ground's per row.
   [[nodiscard]] float exact(int row, int wall_rows, float growth) const {
     const bool is_wall{row <= edge && row > edge - wall_rows};
@@ -42,7 +40,8 @@ class Trenches : public testing::Test {
     Image<float> road{sectors * sector_px, rows};
     const Image<float> obstacle{road.width(), rows};
     for (const auto [u, v] : raster(0, road.width(), horizon + 5, rows)) road(u, v) = disparity(u / sector_px, v);
-    samples_.read(0, sectors, obstacle.view(), road.view());
+    find_medians(obstacle.view(), road.view(), 0, sectors, 0, medians_.view());
+    samples_.begin(camera_, medians_.view(), first_sample_row(camera_, limits_, road.width(), rows));
   }
   /// Sectors with a trench, after connecting them.
   int connected(const Disparity& disparity) {
@@ -67,6 +66,7 @@ class Trenches : public testing::Test {
                           return ground;
                         }()};
   TerrainLimits limits_{0.15f, 0.364f, 1.8f, 0.25f, 0.105f};
+  Image<float> medians_{rows, sectors};
   TerrainSamples samples_{sectors * sector_px, rows, 10};
   TrenchFilter filter_{rows, sectors, window};
 };
