@@ -194,7 +194,8 @@ TerrainRules CameraPipeline::find_terrain(CameraFrame& now) {
   FrameTerrain& terrain{*state_.terrain};
   terrain.begin(now.ground.plane, now.ground.matched_on(), place_of(now.grids));
   const auto threads{ranges_of(cpu_)};
-  terrain.place(stages_->find_medians(terrain.first_row()), threads);
+  terrain.place(stages_->find_medians(terrain.sampled()), threads);
+  stages_->find_trenches(terrain.trenches());
   terrain.find(stages_->read_images(), threads, now.result);
   return terrain.rules();
 }

@@ -61,14 +61,16 @@ class HostStages final : public Stages {
 
   const Matches& read() override { return space_.matches; }
 
-  View<const float> find_medians(int first_row) override {
+  View<const float> find_medians(const SampledGround& ground) override {
     const MatchImages matches{read_images()};
     const View<float> medians{space_.medians.view()};
     cpu_.for_ranges(medians.height, 8, [&](int begin, int end) {
-      stereogrid::find_medians(matches.obstacle, matches.road, begin, end, first_row, medians);
+      stereogrid::find_medians(matches.obstacle, matches.road, begin, end, ground.first_row, medians);
     });
     return medians;
   }
+
+  void find_trenches(TrenchFilter& trenches) override { trenches.find_all(ranges_of(cpu_)); }
 
   MatchImages read_images() override {
     const Matches& matches{space_.matches};

@@ -21,6 +21,7 @@
 #include "pipeline/saved_state.hpp"
 #include "stereogrid/pipeline.hpp"
 #include "terrain/rules.hpp"
+#include "terrain/trenches.hpp"
 
 namespace stereogrid {
 
@@ -143,9 +144,12 @@ class Stages {
   /// Waits for match(): disparities, valid at the pixels of MatchLattice only, until the frame is matched again. Any
   /// thread may call this.
   virtual const Matches& read() = 0;
-  /// Medians of the last matches by sector and row, (row, sector), from `first_row` on: see find_medians(). For
-  /// GroundModel::terrain, and before a second match on a surface; valid until the next match().
-  virtual View<const float> find_medians(int first_row) = 0;
+  /// Medians of the last matches by sector and row, (row, sector), from ground.first_row on: see find_medians(). For
+  /// GroundModel::terrain, and before a second match on a surface; valid until the next match(). A device searches the
+  /// trenches of that ground from now on.
+  virtual View<const float> find_medians(const SampledGround& ground) = 0;
+  /// Sets the trenches of the sectors, in those medians, after TrenchFilter::begin().
+  virtual void find_trenches(TrenchFilter& trenches) = 0;
   /// The last matches at all pixels, under the same conditions. A device brings them later than the others.
   virtual MatchImages read_images() = 0;
   /// Occupancy of the vehicle's grid and of the window (IV, V-A) by this camera.

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "terrain/cuda.hpp"
 
+#include <utility>
+#include <vector>
+
 #include "numbers.hpp"
 
 namespace stereogrid {
@@ -10,6 +13,7 @@ constexpr int rule_threads{256};
 
 constexpr int sectors_per_block{8};
 constexpr int rows_per_block{32};
+constexpr int search_threads{256};
 
 // Zeros come first in the sorted numbers.
 __device__ float median_of(const float (&sorted)[sector_px]) {
@@ -39,6 +43,120 @@ __global__ void find_sector_medians(View<const float, Device> obstacle, View<con
   medians(v, sector) = median_of(column);
 }
 
+/// Input of the search for trenches.
+struct TrenchFrame {
+  SampledGround ground;
+  View<const float, Device> medians;
+  const TrenchShape* shapes;
+  int margin;  ///< rows of ground around a trench
+};
+
+/// A block's shared memory; behind it the mean disparities of its sector by row.
+struct SearchSpace {
+  unsigned long long best;                     ///< key_of the best trench; 0: none yet
+  int first;                                   ///< first row that is near enough
+  int count;                                   ///< number of edges and shapes in `listed`
+  int listed[search_threads * trench_shapes];  ///< edge · trench_shapes + shape
+
+  [[nodiscard]] __device__ float* means() { return reinterpret_cast<float*>(this + 1); }
+};
+
+// The larger one wins: of equal gains > 0, that of the first in the CPU's order.
+__device__ unsigned long long key_of(float gain, int order) {
+  return static_cast<unsigned long long>(static_cast<unsigned>(__float_as_int(gain))) << 32 |
+         (~0U - static_cast<unsigned>(order));
+}
+
+__device__ TrenchSearch search_of(const TrenchFrame& frame, int sector, SearchSpace& space) {
+  const View<const float, Device>& medians{frame.medians};
+  for (int v{frame.ground.first_row + static_cast<int>(threadIdx.x)}; v < medians.width; v += search_threads) {
+    float sum{0};
+    float count{0};
+    for (int i{-sectors_beside}; i <= sectors_beside; ++i) {
+      const float there{medians(v, Min(Max(sector + i, 0), medians.height - 1))};
+      sum += there;
+      count += there > 0 ? 1 : 0;
+    }
+    space.means()[v] = mean_of_sectors(sum, count);
+  }
+  if (threadIdx.x == 0) space.best = 0;
+  return {frame.ground, sector, alone_bounds(), frame.margin, space.means()};
+}
+
+// Lists the shapes that an edge may have.
+__device__ void list_likely(const TrenchFrame& frame, const TrenchSearch& search, int edge, SearchSpace& space) {
+  if (!(search.disparity[edge] > 0)) return;
+  if (search.is_lower(edge)) space.listed[atomicAdd(&space.count, 1)] = edge * trench_shapes;
+  for (int k{1}; k < trench_shapes; ++k) {
+    const TrenchShape& shape{frame.shapes[k]};
+    if (edge >= search.first_edge(shape) &&
+        search.check(shape).is_likely(search.disparity + edge - shape.edge_place) != 0)
+      space.listed[atomicAdd(&space.count, 1)] = edge * trench_shapes + k;
+  }
+}
+
+// TrenchFilter::best: a thread per edge, then a thread per fit. Replaces *found by a better one. `before`: number of
+// edges that were searched before.
+__device__ void search_edges(const TrenchFrame& frame, const TrenchSearch& search, int lowest, int highest, int before,
+                             SearchSpace& space, std::optional<Trench>* found) {
+  const int t{static_cast<int>(threadIdx.x)};
+  const int end{Min(lowest + 1, frame.medians.width - frame.margin)};
+  if (t == 0) space.first = end;
+  __syncthreads();
+  for (int v{Max(highest, frame.ground.first_row + 1) + t}; v < end; v += search_threads) {
+    if (search.is_near(v)) atomicMin(&space.first, v);
+  }
+  __syncthreads();
+  unsigned long long own_key{0};
+  std::optional<Trench> own;
+  for (int begin{space.first}; begin < end; begin += search_threads) {
+    if (t == 0) space.count = 0;
+    __syncthreads();
+    if (begin + t < end) list_likely(frame, search, begin + t, space);
+    __syncthreads();
+    for (int i{t}; i < space.count; i += search_threads) {
+      const int edge{space.listed[i] / trench_shapes};
+      const int k{space.listed[i] % trench_shapes};
+      const std::optional<Trench> trench{search.at(frame.shapes[k], edge)};
+      if (!trench) continue;
+      const unsigned long long key{key_of(trench->gain, (before + end - 1 - edge) * trench_shapes + k)};
+      if (key <= own_key) continue;
+      own_key = key;
+      own = trench;
+    }
+    __syncthreads();
+  }
+  if (own_key != 0) atomicMax(&space.best, own_key);
+  __syncthreads();
+  if (own_key != 0 && own_key == space.best) *found = own;
+  __syncthreads();
+}
+
+// A block per sector that is searched.
+__global__ void search_sectors(TrenchFrame frame, std::optional<Trench>* trenches) {
+  const int sector{static_cast<int>(blockIdx.x) * TrenchFilter::step};
+  SearchSpace& space{*dynamic_shared<SearchSpace>()};
+  const TrenchSearch search{search_of(frame, sector, space)};
+  if (threadIdx.x == 0) trenches[sector] = std::nullopt;
+  search_edges(frame, search, frame.medians.width, frame.ground.first_row, 0, space, trenches + sector);
+}
+
+// A block per sector between two of them.
+__global__ void search_between(TrenchFrame frame, std::optional<Trench>* trenches) {
+  constexpr int between{TrenchFilter::step - 1};
+  const int before{static_cast<int>(blockIdx.x) / between * TrenchFilter::step};
+  const int sector{before + 1 + static_cast<int>(blockIdx.x) % between};
+  SearchSpace& space{*dynamic_shared<SearchSpace>()};
+  if (threadIdx.x == 0) trenches[sector] = std::nullopt;
+  const TrenchSearch search{search_of(frame, sector, space)};
+  for (const int there : {before, before + TrenchFilter::step}) {
+    if (there >= frame.medians.height || !trenches[there]) continue;
+    const int row{trenches[there]->row};
+    search_edges(frame, search, row + chain_rows, row - chain_rows, there == before ? 0 : frame.medians.width, space,
+                 trenches + sector);
+  }
+}
+
 __global__ void rule_cells(const CellRule* rules, View<float, Device> cells) {
   const int i{static_cast<int>(blockIdx.x) * rule_threads + static_cast<int>(threadIdx.x)};
   if (i >= cells.width * cells.height) return;
@@ -48,11 +166,32 @@ __global__ void rule_cells(const CellRule* rules, View<float, Device> cells) {
 
 }  // namespace
 
+TerrainOnDevice::TerrainOnDevice(Cuda& cuda, const Rig& level_rig, int window_px, bool has_terrain, float* medians_at)
+    : trench_margin{trench_margin_of(window_px)},
+      medians{has_terrain ? level_rig.height_px : 0, terrain_sectors(level_rig.width_px), medians_at},
+      shapes{trench_shapes},
+      trenches{static_cast<std::size_t>(medians.height())},
+      found{trenches.size()} {
+  const std::vector<TrenchShape> by_rows{trench_shapes_of(window_px)};
+  upload(cuda, by_rows.data(), by_rows.size(), shapes.data());
+  cuda.synchronize();
+}
+
 void find_medians(Cuda& cuda, View<const float, Device> obstacle, View<const float, Device> road,
                   TerrainOnDevice& terrain) {
   launch(cuda, find_sector_medians,
          {blocks_for(terrain.medians.height(), sectors_per_block), blocks_for(terrain.medians.width(), rows_per_block)},
          {sectors_per_block, rows_per_block}, 0, obstacle, road, terrain.medians.view());
+}
+
+void find_trenches(Cuda& cuda, const SampledGround& ground, TerrainOnDevice& terrain) {
+  const View<const float, Device> medians{std::as_const(terrain.medians).view()};
+  const TrenchFrame frame{ground, medians, terrain.shapes.data(), terrain.trench_margin};
+  const std::size_t shared_bytes{sizeof(SearchSpace) + static_cast<std::size_t>(medians.width) * sizeof(float)};
+  const int searched{(medians.height + TrenchFilter::step - 1) / TrenchFilter::step};
+  launch(cuda, search_sectors, searched, search_threads, shared_bytes, frame, terrain.trenches.data());
+  launch(cuda, search_between, medians.height - searched, search_threads, shared_bytes, frame, terrain.trenches.data());
+  download(cuda, terrain.trenches.data(), terrain.trenches.size(), terrain.found.data());
 }
 
 void apply_rules(Cuda& cuda, const CellRule* rules, View<float, Device> cells) {

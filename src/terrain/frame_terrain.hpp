@@ -40,8 +40,9 @@ class FrameTerrain {
     move(place);
     terrain_.begin(ground, surface);
   }
-  /// First row of the frame that has samples.
-  [[nodiscard]] int first_row() const { return terrain_.first_row(); }
+  [[nodiscard]] const SampledGround& sampled() const { return terrain_.sampled(); }
+  /// Trenches of the frame, for Stages::find_trenches() between place() and find().
+  [[nodiscard]] TrenchFilter& trenches() { return terrain_.trenches(); }
   template <class ForRanges>
   void place(View<const float> medians, const ForRanges& for_ranges) {
     terrain_.place(medians, for_ranges);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "geometry/road_plane.hpp"
+#include "host_device.hpp"
 #include "stereogrid/camera.hpp"
 
 namespace stereogrid {
@@ -40,10 +41,10 @@ struct TerrainCamera {
   }
 
   /// t = H·d_g/(f·b), with the plane's disparity d_g.
-  [[nodiscard]] float tangent(float u, float v) const {
+  [[nodiscard]] STEREOGRID_HD float tangent(float u, float v) const {
     return tangent_at_origin + tangent_per_u * u + tangent_per_v * v;
   }
-  [[nodiscard]] float range(float disparity) const { return focal_baseline_pxm / disparity; }
+  [[nodiscard]] STEREOGRID_HD float range(float disparity) const { return focal_baseline_pxm / disparity; }
   /// σ_x = x²·σ_d/(f·b) (1).
   [[nodiscard]] float range_sigma(float x, float sigma_px) const { return x * x * sigma_px / focal_baseline_pxm; }
   /// σ_z = h·x·σ_d/(f·b) (1): the error runs along the ray.
@@ -61,7 +62,7 @@ struct TerrainCamera {
     return (focal_baseline_pxm * tangent_per_v / per_row - h) / x;
   }
   /// Growth of the disparity per row on a level surface, B/h (2).
-  [[nodiscard]] float level_growth(float h) const { return focal_baseline_pxm * tangent_per_v / h; }
+  [[nodiscard]] STEREOGRID_HD float level_growth(float h) const { return focal_baseline_pxm * tangent_per_v / h; }
 };
 
 /// Line of the ground before the first visible one.

@@ -76,10 +76,12 @@ void find_medians(View<const float> obstacle, View<const float> road, int begin,
   }
 }
 
-int first_sample_row(const TerrainCamera& camera, const TerrainLimits& limits, int width_px, int height_px) {
+SampledGround::SampledGround(const TerrainCamera& level_camera, const TerrainLimits& vehicle_limits, int width_px,
+                             int height_px)
+    : camera{level_camera}, limits{vehicle_limits} {
   const float middle{camera.tangent(static_cast<float>(terrain_sectors(width_px) * sector_px) / 2, 0)};
   const float row{(-limits.slope / 2 - middle) / camera.tangent_per_v};
-  return static_cast<int>(std::clamp(row, 0.0f, static_cast<float>(height_px)));
+  first_row = static_cast<int>(std::clamp(row, 0.0f, static_cast<float>(height_px)));
 }
 
 TerrainSamples::TerrainSamples(int width_px, int height_px, int rings)
@@ -91,10 +93,9 @@ TerrainSamples::TerrainSamples(int width_px, int height_px, int rings)
       spread_count_{rings, x_.height()},
       rows_(static_cast<std::size_t>(x_.height())) {}
 
-void TerrainSamples::begin(const TerrainCamera& camera, View<const float> medians, int first_row) {
-  camera_ = camera;
+void TerrainSamples::begin(const SampledGround& ground, View<const float> medians) {
+  ground_ = ground;
   medians_ = medians;
-  first_row_ = first_row;
   for (int sector{0}; sector < sectors(); ++sector) rows_[static_cast<std::size_t>(sector)] = rows_of(sector);
 }
 
@@ -102,9 +103,9 @@ void TerrainSamples::place(int sector, const Rings& rings) {
   const SectorRows s{rows(sector)};
   float* const x{x_.row(sector)};
   float* const z{z_.row(sector)};
-  const float focal_baseline_pxm{camera_.focal_baseline_pxm};  // members might change with each store
-  const float height_m{camera_.height_m};
-  for (int v{first_row_}; v < s.end_row; ++v) {
+  const float focal_baseline_pxm{ground_.camera.focal_baseline_pxm};  // members might change with each store
+  const float height_m{ground_.camera.height_m};
+  for (int v{s.first_row}; v < s.end_row; ++v) {
     const float there{s.disparity[v]};
     x[v] = focal_baseline_pxm / (there < 1e-3f ? 1e-3f : there);
     z[v] = height_m - s.tangent(static_cast<float>(v)) * x[v];
@@ -119,8 +120,8 @@ void TerrainSamples::place(int sector, const Rings& rings) {
   const bool is_last{sector + 1 == sectors()};
   const float* const beside{medians_.row(is_last ? sector : sector + 1)};
   const auto places = static_cast<float>(rings.places());
-  const float roll_px{camera_.tangent_per_u * sector_px * focal_baseline_pxm / height_m};
-  for (int v{first_row_}; v < s.end_row; ++v) {
+  const float roll_px{ground_.camera.tangent_per_u * sector_px * focal_baseline_pxm / height_m};
+  for (int v{s.first_row}; v < s.end_row; ++v) {
     const float there{s.disparity[v]};
     const int ring{there > 0 ? rings.at_place(static_cast<int>(std::min(there * Rings::places_per_px, places)))
                              : no_ring};
@@ -156,10 +157,14 @@ void TerrainSamples::measure_noise(int rings, std::vector<float>& sigma_px) cons
 }
 
 SectorRows TerrainSamples::rows_of(int sector) const {
-  return {medians_.row(sector),  x_.row(sector),
-          z_.row(sector),        next_.row(sector),
-          first_.row(sector),    camera_.tangent((static_cast<float>(sector) + 0.5f) * sector_px - 0.5f, 0),
-          camera_.tangent_per_v, first_row_,
+  return {medians_.row(sector),
+          x_.row(sector),
+          z_.row(sector),
+          next_.row(sector),
+          first_.row(sector),
+          ground_.tangent_at_row_0(sector),
+          ground_.camera.tangent_per_v,
+          ground_.first_row,
           medians_.width};
 }
 }  // namespace stereogrid

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "geometry/relief.hpp"
+#include "host_device.hpp"
 #include "memory_bytes.hpp"
 #include "stereogrid/image.hpp"
 #include "terrain/model.hpp"
@@ -44,9 +45,21 @@ void find_medians(View<const float> obstacle, View<const float> road, int column
 void find_medians(View<const float> obstacle, View<const float> road, int begin, int end, int first_row,
                   View<float> medians);
 
-/// First row in which the walk reaches anything: those above the line of sight along half the steepest slope show
-/// nothing of it.
-int first_sample_row(const TerrainCamera& camera, const TerrainLimits& limits, int width_px, int height_px);
+/// Ground of a frame that has samples.
+struct SampledGround {
+  SampledGround() = default;
+  SampledGround(const TerrainCamera& level_camera, const TerrainLimits& vehicle_limits, int width_px, int height_px);
+
+  /// Tangent of the line of sight in the middle of a sector.
+  [[nodiscard]] STEREOGRID_HD float tangent_at_row_0(int sector) const {
+    return camera.tangent((static_cast<float>(sector) + 0.5f) * sector_px - 0.5f, 0);
+  }
+
+  TerrainCamera camera{Rig{}, Ground{}};
+  TerrainLimits limits{};
+  /// The walk reaches nothing that is seen above it: rows above the line of sight along half the steepest slope.
+  int first_row{0};
+};
 
 /// One sector of the samples. Rows are rows of the image.
 struct SectorRows {
@@ -71,9 +84,9 @@ class TerrainSamples {
   TerrainSamples(int width_px, int height_px, int rings);
 
   [[nodiscard]] int sectors() const { return x_.height(); }
-  /// Sets the data of all sectors, before the functions below. `medians`: (row, sector), valid from `first_row` on, and
-  /// while the samples are used; see find_medians().
-  void begin(const TerrainCamera& camera, View<const float> medians, int first_row);
+  /// Sets the data of all sectors, before the functions below. `medians`: (row, sector), valid from the ground's first
+  /// row on, and while the samples are used; see find_medians().
+  void begin(const SampledGround& ground, View<const float> medians);
   /// Places of one sector's samples.
   void place(int sector, const Rings& rings);
   /// Standard deviation of disparities by ring, once all sectors are placed, px (docs/terrain.md).
@@ -87,9 +100,8 @@ class TerrainSamples {
  private:
   [[nodiscard]] SectorRows rows_of(int sector) const;
 
-  TerrainCamera camera_{Rig{}, Ground{}};
+  SampledGround ground_;
   View<const float> medians_{};
-  int first_row_{0};
   Image<float> x_;  // (row, sector)
   Image<float> z_;
   Image<std::int16_t> next_;

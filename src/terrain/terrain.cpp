@@ -69,7 +69,7 @@ void Terrain::begin(const Ground& ground, const Ground& surface) {
   const float lowest{camera_.tangent(static_cast<float>(rig_.cx_px), static_cast<float>(rig_.height_px - 1))};
   const float approach{lowest + prior_.slope};  // the lowest ray comes nearer to the surface by this, per m
   rings_.place(camera_, approach > 0 ? (camera_.height_m - prior_.z) / approach : 1e6f);
-  first_row_ = first_sample_row(camera_, limits_, rig_.width_px, rig_.height_px);
+  sampled_ = {camera_, limits_, rig_.width_px, rig_.height_px};
 }
 
 void Terrain::begin_walks() {

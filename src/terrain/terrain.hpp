@@ -43,19 +43,21 @@ class Terrain {
 
   /// Begins a frame. `surface`: plane of the nearest visible ground.
   void begin(const Ground& ground, const Ground& surface);
-  /// First row of the frame that has samples.
-  [[nodiscard]] int first_row() const { return first_row_; }
+  [[nodiscard]] const SampledGround& sampled() const { return sampled_; }
   /// Places and noise of the frame's samples, after begin(). `medians`: see find_medians(); valid until the end of
   /// find(). `for_ranges`(count, work): calls work(begin, end) on disjoint parts of [0, count).
   template <class ForRanges>
   void place(View<const float> medians, const ForRanges& for_ranges) {
-    samples_.begin(camera_, medians, first_row_);
+    samples_.begin(sampled_, medians);
+    trenches_.begin(sampled_, medians);
     for_ranges(samples_.sectors(), [&](int first, int end) {
       for (int sector{first}; sector < end; ++sector) samples_.place(sector, rings_);
     });
     begin_walks();
   }
-  /// Ground of the frame, after place().
+  /// Trenches of the frame: to be found between place() and find().
+  [[nodiscard]] TrenchFilter& trenches() { return trenches_; }
+  /// Ground of the frame.
   template <class ForRanges>
   void find(const ForRanges& for_ranges) {
     const int sectors{samples_.sectors()};
@@ -64,13 +66,7 @@ class Terrain {
         for (int sector{first}; sector < end; ++sector) work(sector);
       });
     };
-    for_sectors([&](int sector) {
-      if (sector % TrenchFilter::step == 0) trenches_.find(camera_, limits_, samples_, sector);
-    });
-    for_sectors([&](int sector) {
-      if (sector % TrenchFilter::step != 0) trenches_.find_between(camera_, limits_, samples_, sector);
-    });
-    trenches_.connect(camera_, limits_, samples_);
+    trenches_.connect();
     for_sectors([&](int sector) {
       walk_sector(input(), sector, std::as_const(trenches_).at(sector), cells_.view(), walks_(sector, 0));
     });
@@ -176,13 +172,13 @@ class Terrain {
   Image<SectorWalk> walks_;           // (sector, 0)
   TrenchFilter trenches_;
   TerrainRelief relief_;
-  int first_row_{0};
   int checked_rings_{0};
   Image<std::uint8_t> reached_;      // (sector, 0): a way leads there
   std::vector<int> observed_rings_;  // by sector: up to the last one with a known cell
   Ground ground_;
   FirstGround prior_;
   TerrainCamera camera_;
+  SampledGround sampled_;
 };
 
 }  // namespace stereogrid

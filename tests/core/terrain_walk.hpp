@@ -70,8 +70,9 @@ inline Seen walked(const Vehicle& vehicle, const Image<float>& disparity, const 
   Ground ground;
   ground.height_m = vehicle.rig.camera_height_m;
   terrain.begin(ground, slope != nullptr ? *slope : ground);
-  const Image<float> medians{medians_of(disparity, terrain.first_row())};
+  const Image<float> medians{medians_of(disparity, terrain.sampled().first_row)};
   terrain.place(medians.view(), in_order);
+  terrain.trenches().find_all(in_order);
   terrain.find(in_order);
   terrain.visit(grid_in_vehicle(grid, {}), 0, grid.ny, [&](int ix, int iy, float x_m, const Terrain::RingPart& part) {
     const CellGround cell{terrain.ground_at(x_m, part)};

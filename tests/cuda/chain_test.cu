@@ -261,7 +261,7 @@ TEST(samples_are_read_for_terrain_only) {
     CudaStages& gpu{*stages};
     Runner runner{std::move(stages), config, small_rig()};
     runner.run(street.frame(0), 0);
-    CHECK_EQUAL(gpu.find_medians(0).empty(), model == GroundModel::plane);
+    CHECK_EQUAL(gpu.find_medians({}).empty(), model == GroundModel::plane);
     if (model == GroundModel::terrain) {
       const MatchImages images{gpu.read_images()};
       const StageImages& expected{runner.result.stages};

@@ -181,6 +181,7 @@ class StreamTimes {
     matched,
     answered,
     brought,
+    searched,
     resumed,
     counted,
     projected,
@@ -190,7 +191,7 @@ class StreamTimes {
     filtered,
     fetched
   };
-  static constexpr int marks{14};
+  static constexpr int marks{15};
 
   StreamTimes();
   StreamTimes(const StreamTimes&) = delete;

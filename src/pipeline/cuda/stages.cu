@@ -50,6 +50,7 @@ void CudaStages::load_kernels() {
     enqueue_match();
   }
   split_surfaces();
+  stereogrid::find_trenches(cuda_, {}, device_.terrain);
   for (const bool is_usable : {false, true}) enqueue_observation(is_usable);
   if (!options_.filters) return;
   stereogrid::fuse_cameras(cuda_, {}, device_.observed.view());
@@ -151,11 +152,20 @@ const Matches& CudaStages::read() {
 }
 
 // Medians of all rows came with the answer of the matching.
-View<const float> CudaStages::find_medians(int) {
+View<const float> CudaStages::find_medians(const SampledGround& ground) {
   cuda_.use();
   times_.wait_for(StreamTimes::answered);
+  is_at_work_ = true;
+  stereogrid::find_trenches(cuda_, ground, device_.terrain);
+  times_.mark(cuda_, StreamTimes::searched);
   const DeviceImage<float>& medians{device_.terrain.medians};
   return {host_.medians(), medians.width(), medians.height(), medians.width()};
+}
+
+void CudaStages::find_trenches(TrenchFilter& trenches) {
+  cuda_.use();
+  times_.wait_for(StreamTimes::searched);
+  trenches.set({device_.terrain.found.data(), device_.terrain.found.size()});
 }
 
 // Brought while the host searches the ground.

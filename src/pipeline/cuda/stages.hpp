@@ -23,7 +23,8 @@ class CudaStages final : public Stages {
   void match(const LevelFrame& frame, const FrameGrids& grids, const RowAlignment& rows,
              const MatchGround& ground) override;
   const Matches& read() override;
-  View<const float> find_medians(int first_row) override;
+  View<const float> find_medians(const SampledGround& ground) override;
+  void find_trenches(TrenchFilter& trenches) override;
   MatchImages read_images() override;
   void observe(const FrameGrids& grids, const Evidence& evidence, FrameResult& result) override;
   void fuse_cameras(std::span<const CameraGrids> cameras, FrameResult& result) override;

@@ -114,8 +114,9 @@ struct FrameOf {
     const GridGeometry cells{window.at(pose)};
     const GridInVehicle window_cells{grid_in_vehicle(cells, inverse(pose))};
     terrain.begin(ground, ground, {cells, window_cells, pose, dt_s, grid_in_vehicle(vehicle.grid, {}), window_cells});
-    const Image<float> medians{medians_of(disparity, terrain.first_row())};
+    const Image<float> medians{medians_of(disparity, terrain.sampled().first_row)};
     terrain.place(medians.view(), in_order);
+    terrain.trenches().find_all(in_order);
     terrain.find({disparity.view(), none.view()}, in_order, result);
   }
   /// Highest filtered occupancy at x in front of the vehicle, if the filter has only seen free cells.

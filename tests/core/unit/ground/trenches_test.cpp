@@ -33,7 +33,7 @@ class Trenches : public testing::Test {
   using Disparity = std::function<float(int sector, int row)>;
   std::optional<Trench> found(const Disparity& disparity) {
     read(disparity);
-    filter_.find(camera_, limits_, samples_, middle);
+    filter_.find(middle);
     return std::as_const(filter_).at(middle);
   }
   void read(const Disparity& disparity) {
@@ -41,17 +41,13 @@ class Trenches : public testing::Test {
     const Image<float> obstacle{road.width(), rows};
     for (const auto [u, v] : raster(0, road.width(), horizon + 5, rows)) road(u, v) = disparity(u / sector_px, v);
     find_medians(obstacle.view(), road.view(), 0, sectors, 0, medians_.view());
-    samples_.begin(camera_, medians_.view(), first_sample_row(camera_, limits_, road.width(), rows));
+    filter_.begin(SampledGround{camera_, limits_, road.width(), rows}, std::as_const(medians_).view());
   }
   /// Sectors with a trench, after connecting them.
   int connected(const Disparity& disparity) {
     read(disparity);
-    for (int sector{0}; sector < sectors; sector += TrenchFilter::step)
-      filter_.find(camera_, limits_, samples_, sector);
-    for (int sector{0}; sector < sectors; ++sector) {
-      if (sector % TrenchFilter::step != 0) filter_.find_between(camera_, limits_, samples_, sector);
-    }
-    filter_.connect(camera_, limits_, samples_);
+    filter_.find_all([](int count, const auto& work) { work(0, count); });
+    filter_.connect();
     int count{0};
     for (int sector{0}; sector < sectors; ++sector) count += std::as_const(filter_).at(sector) ? 1 : 0;
     return count;
@@ -67,7 +63,6 @@ class Trenches : public testing::Test {
                         }()};
   TerrainLimits limits_{0.15f, 0.364f, 1.8f, 0.25f, 0.105f};
   Image<float> medians_{rows, sectors};
-  TerrainSamples samples_{sectors * sector_px, rows, 10};
   TrenchFilter filter_{rows, sectors, window};
 };
 
@@ -164,6 +159,23 @@ TEST_F(Trenches, AreSearchedUpToTheDropSlope) {
   EXPECT_TRUE(found_wall(9));
 }
 
+// Noise hides the trench from the sectors that are searched first.
+TEST_F(Trenches, DoNotDependOnTheFrameBefore) {
+  constexpr int between{19};
+  const auto in_order = [](int count, const auto& work) { work(0, count); };
+  read([this](int, int row) { return smeared(row, 9); });
+  filter_.find_all(in_order);
+  EXPECT_TRUE(std::as_const(filter_).at(between));
+  read([this](int sector, int row) {
+    const bool is_noisy{std::abs(sector - between) > 3};
+    return smeared(row, 9) + (!is_noisy ? 0.0f : row % 2 == 0 ? 0.98f : -0.98f);
+  });
+  filter_.find(between);
+  EXPECT_TRUE(std::as_const(filter_).at(between));
+  filter_.find_all(in_order);
+  EXPECT_FALSE(std::as_const(filter_).at(between));
+}
+
 // The sanitizers find a row that is read beyond the image: the last sector is the end of the memory.
 TEST_F(Trenches, AreFoundInTheLowestRowsWithTheSmallestWindow) {
   constexpr int smallest_window{3};
@@ -173,7 +185,7 @@ TEST_F(Trenches, AreFoundInTheLowestRowsWithTheSmallestWindow) {
     const float share{std::clamp((lowest_edge + 1.5f - static_cast<float>(row)) / smallest_window, 0.0f, 1.0f)};
     return exact(row, 0, 0) - 6 * share;
   });
-  filter_.find(camera_, limits_, samples_, sectors - 1);
+  filter_.find(sectors - 1);
   const auto& trench{std::as_const(filter_).at(sectors - 1)};
   ASSERT_TRUE(trench);
   EXPECT_NEAR(trench->row, lowest_edge, 1);
