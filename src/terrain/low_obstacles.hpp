@@ -12,6 +12,7 @@
 #include "stereogrid/camera.hpp"
 #include "stereogrid/image.hpp"
 #include "terrain/height_memory.hpp"
+#include "terrain/low_obstacles_model.hpp"
 #include "terrain/terrain.hpp"
 
 namespace stereogrid {
@@ -27,14 +28,15 @@ class LowObstacles {
   template <class ForRanges>
   void find(View<const float> obstacle, View<const float> road, const Terrain& terrain, const GridInVehicle& window,
             const ForRanges& for_ranges) {
-    const int first_row{begin(terrain, window)};
+    model_.begin(terrain.camera(), window, terrain.checked_m(), samples_.height());
+    const int first_row{model_.first_row};
     for_ranges(samples_.height() - first_row, [&](int begin, int end) {
       for (int v{first_row + begin}; v < first_row + end; ++v)
         read_[static_cast<std::size_t>(v)] = read_row(obstacle, road, v);
     });
-    sort_samples(first_row);
+    sort_samples();
     for_rows(for_ranges, [&](int iy) { set_levels(terrain, iy); });
-    for (int pass{0}; pass < plane_passes; ++pass) {
+    for (int pass{0}; pass < LowModel::plane_passes; ++pass) {
       for_rows(for_ranges, [&](int iy) { sum_along(iy, pass); });
       fit_planes();
     }
@@ -73,7 +75,9 @@ class LowObstacles {
   }
 
  private:
-  static constexpr int plane_passes{3};
+  using Weight = LowWeight<double>;
+  using RowMoments = LowRowMoments<double>;
+  using Moments = LowMoments<double>;
 
   struct Range {
     int begin;
@@ -90,38 +94,6 @@ class LowObstacles {
     Range columns;
     Range rows;
   };
-  /// Weight of a cell, and the same times its level in 1/4096 m.
-  struct Weight {
-    double n;
-    double z;
-  };
-  /// Sums of a weighted fit z = g + a·x + b·y along a row of the window; x in cells, z in 1/4096 m. All are whole and
-  /// below 2^53, so that they are exact and do not depend on the order.
-  struct RowMoments {
-    double n, x, xx, z, xz;
-
-    void add(const Weight& of, double at_x, double sign);
-  };
-  struct Moments {
-    RowMoments along;
-    double y, xy, yy, yz;
-
-    void add(const RowMoments& of, double at_y, double sign);
-  };
-  /// Ground around a cell.
-  struct Plane {
-    float z;     ///< at the middle of the cell, m; NaN: none
-    float east;  ///< rise, m per cell
-    float north;
-  };
-  struct Seen {
-    int count;  ///< samples, up to HeightMemory::samples_enough; 0: none, or wrong ones
-    int high;   ///< samples over the ground
-    bool is_high;
-    bool is_tall;         ///< rays show it
-    bool is_beside_tall;  ///< it or a neighbour is
-    float height;         ///< upper decile over the plane, in units of what the matcher leaves of a step
-  };
   template <class ForRanges, class Work>
   void for_rows(const ForRanges& for_ranges, const Work& work) {
     for_ranges(rows_.end - rows_.begin, [&](int begin, int end) {
@@ -129,37 +101,19 @@ class LowObstacles {
     });
   }
   [[nodiscard]] std::span<std::int16_t> heights_of(int ix, int iy);
-  int begin(const Terrain& terrain, const GridInVehicle& window);
   [[nodiscard]] RowRead read_row(View<const float> obstacle, View<const float> road, int v);
-  void sort_samples(int first_row);
+  void sort_samples();
   void set_levels(const Terrain& terrain, int iy);
   void sum_along(int iy, int pass);
   void fit_planes();
   void compare(int iy);
   /// Depth of the lowest level below its plane in the window of a cell's plane, m.
   [[nodiscard]] float depth_around(int ix, int iy) const;
-  /// Height that the matcher leaves of a step, where a row of the image is row_m high.
-  [[nodiscard]] float matched_step_m(float row_m) const;
-  /// Samples of the face of such a step that is a cell wide.
-  [[nodiscard]] float face_samples(float x) const;
-  /// Columns between samples on ground x m ahead.
-  [[nodiscard]] int column_step(float x) const;
   [[nodiscard]] bool is_small(int ix, int iy) const;
   void leave_tall_obstacles(int ix, int iy);
   void check();
 
-  TerrainLimits limits_;
-  float cell_m_;
-  float cx_px_;
-  int reach_;        ///< cells on both sides of a plane's cell
-  float lost_rows_;  ///< rows of a face that the matcher's window takes
-  TerrainCamera camera_;
-  CellPlaces places_;
-  float end_m_{0};  ///< range of samples
-  float origin_east_{0};
-  float origin_north_{0};
-  float cos_{1};
-  float sin_{0};
+  LowModel model_;
   Range columns_{0, 0};  // box of the window that has samples
   Range rows_{0, 0};
   Image<Sample> samples_;             // by row of the image
@@ -172,8 +126,8 @@ class LowObstacles {
   Image<Weight> weights_;
   Image<RowMoments> moments_;
   std::vector<Moments> sums_;  // moments of a row's cells
-  Image<Plane> planes_;
-  Image<Seen> seen_;
+  Image<LowPlane> planes_;
+  Image<LowSeen> seen_;
   HeightMemory memory_;
 };
 

@@ -48,7 +48,7 @@ struct TerrainCamera {
   /// σ_x = x²·σ_d/(f·b) (1).
   [[nodiscard]] float range_sigma(float x, float sigma_px) const { return x * x * sigma_px / focal_baseline_pxm; }
   /// σ_z = h·x·σ_d/(f·b) (1): the error runs along the ray.
-  [[nodiscard]] float elevation_sigma(float h, float x, float sigma_px) const {
+  [[nodiscard]] STEREOGRID_HD float elevation_sigma(float h, float x, float sigma_px) const {
     return h * x * sigma_px / focal_baseline_pxm;
   }
   /// Noise of the height over a surface of slope s: |h + s·x|·x·σ_d/(f·b) (1).
