@@ -128,7 +128,9 @@ FrameTerrain::FrameTerrain(const Rig& level_rig, const Config& config, const Gri
           static_cast<float>(std::hypot(std::max(config.grid.length_m, config.grid.rear_m), config.grid.width_m / 2)),
           config.matching.disparities,
           config.matching.window_px},
-      low_obstacles_{level_rig, limits_of(config), config.grid.cell_size_m, window_cells, config.matching.window_px},
+      low_obstacles_{LowModel{level_rig, limits_of(config), config.grid.cell_size_m, window_cells,
+                              config.matching.window_px, config.matching.disparities}},
+      low_finder_{level_rig.width_px, level_rig.height_px, window_cells},
       witness_{config.vehicle.ground_memory_s, window_cells},
       elevation_{config.grid.cell_size_m, window_cells},
       vehicle_rules_{vehicle_grid.nx, vehicle_grid.ny},
@@ -196,7 +198,7 @@ void FrameTerrain::clear_find() {
 
 void FrameTerrain::find_nothing(const TerrainPlace& place) {
   move(place);
-  low_obstacles_.find_nothing();
+  low_obstacles_.see({});
   edges_.clear();
   clear_find();
 }

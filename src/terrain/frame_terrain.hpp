@@ -53,7 +53,8 @@ class FrameTerrain {
     terrain_.find(for_ranges);
     edges_.clear();
     terrain_.add_edges(edges_);
-    low_obstacles_.find(matches.obstacle, matches.road, terrain_, place_.window_in_camera, for_ranges);
+    const LowModel& low{low_obstacles_.begin(terrain_.camera(), place_.window_in_camera, terrain_.checked_m())};
+    low_obstacles_.see(low_finder_.find(matches.obstacle, matches.road, low, terrain_.noise_px(), for_ranges));
     for_ranges(vehicle_grid_.ny,
                [&](int begin, int end) { write_vehicle(place_.vehicle_in_camera, begin, end, result); });
     mark_low_obstacles(place_.window_cells, result);
@@ -90,7 +91,8 @@ class FrameTerrain {
     state(window_x_m_, window_y_m_, age_s_, low_obstacles_, witness_, elevation_);
   }
   [[nodiscard]] std::size_t memory_bytes() const {
-    return memory_bytes_of(terrain_, low_obstacles_, witness_, elevation_, edges_, vehicle_rules_, window_rules_);
+    return memory_bytes_of(terrain_, low_obstacles_, low_finder_, witness_, elevation_, edges_, vehicle_rules_,
+                           window_rules_);
   }
 
  private:
@@ -113,6 +115,7 @@ class FrameTerrain {
   VehicleConfig vehicle_;
   Terrain terrain_;
   LowObstacles low_obstacles_;
+  LowObstacleFinder low_finder_;
   GroundWitness witness_;
   ElevationMemory elevation_;
   TerrainPlace place_{};  ///< place of the last find()

@@ -14,10 +14,12 @@ constexpr int read_columns{32};  ///< columns that are read together
 }  // namespace
 
 LowModel::LowModel(const Rig& level_rig, const TerrainLimits& of_terrain, double cell_size_m, int window_cells,
-                   int window_px)
+                   int window_px, int disparities)
     : limits{of_terrain},
       cell_m{static_cast<float>(cell_size_m)},
       cx_px{static_cast<float>(level_rig.cx_px)},
+      rows{level_rig.height_px},
+      last_place{static_cast<float>(Rings::last_place(disparities))},
       cells{window_cells},
       reach{std::max(2, static_cast<int>(std::lround(plane_reach * limits.height_m / cell_m)))},
       tall_reach{std::max(1, static_cast<int>(std::lround(tall_reach_m / cell_m)))},
@@ -27,7 +29,7 @@ LowModel::LowModel(const Rig& level_rig, const TerrainLimits& of_terrain, double
       places{{}, {}, 1} {}
 
 // Behind the range at which two rows are a cell apart, cells have gaps.
-void LowModel::begin(const TerrainCamera& of_frame, const GridInVehicle& window, float checked_m, int rows) {
+void LowModel::begin(const TerrainCamera& of_frame, const GridInVehicle& window, float checked_m) {
   camera = of_frame;
   places = CellPlaces{window, {0, 0}, 1};
   const float sampled_m{std::sqrt(cell_m * camera.height_m / camera.tangent_per_v)};
@@ -48,11 +50,9 @@ void LowModel::begin(const TerrainCamera& of_frame, const GridInVehicle& window,
   first_row = static_cast<int>(std::clamp(row / camera.tangent_per_v, 0.0f, static_cast<float>(rows)));
 }
 
-LowObstacles::LowObstacles(const Rig& level_rig, const TerrainLimits& limits, double cell_m, int window_cells,
-                           int window_px)
-    : model_{level_rig, limits, cell_m, window_cells, window_px},
-      samples_{level_rig.width_px, level_rig.height_px},
-      read_(static_cast<std::size_t>(level_rig.height_px)),
+LowObstacleFinder::LowObstacleFinder(int width_px, int height_px, int window_cells)
+    : samples_{width_px, height_px},
+      read_(static_cast<std::size_t>(height_px)),
       sorted_(samples_.size()),
       ranges_{window_cells, window_cells},
       level_m_{window_cells, window_cells},
@@ -63,16 +63,18 @@ LowObstacles::LowObstacles(const Rig& level_rig, const TerrainLimits& limits, do
       sums_(static_cast<std::size_t>(window_cells)),
       planes_{window_cells, window_cells},
       seen_{window_cells, window_cells},
-      memory_{window_cells} {}
+      is_beside_tall_{window_cells, window_cells} {
+  found_.reserve(std::min(seen_.size(), samples_.size()));
+}
 
-std::span<std::int16_t> LowObstacles::heights_of(int ix, int iy) {
+std::span<std::int16_t> LowObstacleFinder::heights_of(int ix, int iy) {
   const Range range{ranges_(ix, iy)};
   return std::span{sorted_}.subspan(static_cast<std::size_t>(range.begin),
                                     static_cast<std::size_t>(range.end - range.begin));
 }
 
 // Three loops, of which the second one becomes vectors.
-LowObstacles::RowRead LowObstacles::read_row(View<const float> obstacle, View<const float> road, int v) {
+LowObstacleFinder::RowRead LowObstacleFinder::read_row(View<const float> obstacle, View<const float> road, int v) {
   const LowModel model{model_};  // members might change with each store
   const LowModel::Row in_row{model.row(v)};
   const int step{in_row.step};
@@ -115,7 +117,7 @@ LowObstacles::RowRead LowObstacles::read_row(View<const float> obstacle, View<co
   return {count, {columns_read.begin, columns_read.end + 1}, {rows_read.begin, rows_read.end + 1}};
 }
 
-void LowObstacles::sort_samples() {
+void LowObstacleFinder::sort_samples() {
   const int first_row{model_.first_row};
   const int cells{seen_.width()};
   columns_ = rows_ = {cells, 0};
@@ -149,7 +151,7 @@ void LowObstacles::sort_samples() {
 }
 
 // The upper decile is behind the others afterwards.
-void LowObstacles::set_levels(const Terrain& terrain, int iy) {
+void LowObstacleFinder::set_levels(std::span<const float> noise_px, int iy) {
   for (int ix{columns_.begin}; ix < columns_.end; ++ix) {
     const std::span<std::int16_t> heights{heights_of(ix, iy)};
     level_m_(ix, iy) = LowModel::none_m;
@@ -159,15 +161,14 @@ void LowObstacles::set_levels(const Terrain& terrain, int iy) {
     const auto middle = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2);
     std::nth_element(heights.begin(), top, heights.end());
     if (middle < top) std::nth_element(heights.begin(), middle, top);
-    level_m_(ix, iy) = static_cast<float>(*middle) / LowModel::per_m;
-    top_m_(ix, iy) = static_cast<float>(*top) / LowModel::per_m;
-    const float x{model_.places.x_of(ix, iy)};
-    noise_m_(ix, iy) = model_.noise_m(x, terrain.sigma_px(x));
+    level_m_(ix, iy) = LowModel::height_m(*middle);
+    top_m_(ix, iy) = LowModel::height_m(*top);
+    noise_m_(ix, iy) = model_.noise_m(model_.places.x_of(ix, iy), noise_px.data());
   }
 }
 
 // Weights of the cells' levels, and their sums along the row.
-void LowObstacles::sum_along(int iy, int pass) {
+void LowObstacleFinder::sum_along(int iy, int pass) {
   const int reach{model_.reach};
   RowMoments sum{};
   for (int ix{columns_.begin}; ix < columns_.end + reach; ++ix) {
@@ -178,8 +179,7 @@ void LowObstacles::sum_along(int iy, int pass) {
       Weight& weight{weights_(ix, iy)};
       weight = {0, 0};
       if (!std::isnan(level)) {
-        weight.n = model_.weight_of(pass, model_.places.x_of(ix, iy), level, planes_(ix, iy).z, noise_m_(ix, iy));
-        weight.z = weight.n * level * LowModel::per_m;
+        weight = model_.weighted<double>(pass, model_.places.x_of(ix, iy), level, planes_(ix, iy).z, noise_m_(ix, iy));
         sum.add(weight, ix, 1);
       }
     }
@@ -188,7 +188,7 @@ void LowObstacles::sum_along(int iy, int pass) {
   }
 }
 
-void LowObstacles::fit_planes() {
+void LowObstacleFinder::fit_planes() {
   const int reach{model_.reach};
   std::fill_n(sums_.begin(), columns_.end, Moments{});
   for (int iy{rows_.begin - reach}; iy < rows_.end; ++iy) {
@@ -204,7 +204,7 @@ void LowObstacles::fit_planes() {
   }
 }
 
-void LowObstacles::compare(int iy) {
+void LowObstacleFinder::compare(int iy) {
   for (int ix{columns_.begin}; ix < columns_.end; ++ix) {
     LowSeen& seen{seen_(ix, iy)};
     seen = {};
@@ -213,7 +213,7 @@ void LowObstacles::compare(int iy) {
     LowModel::Limits limits{model_.limits_of(plane, model_.places.x_of(ix, iy), noise_m_(ix, iy))};
     std::span<const std::int16_t> heights{heights_of(ix, iy)};
     const int samples{static_cast<int>(heights.size())};
-    if (top_m_(ix, iy) - limits.ground_m <= limits.least_m)
+    if (!LowModel::is_over(limits, top_m_(ix, iy)))
       heights = heights.last(static_cast<std::size_t>(LowModel::decile_of(samples)));
     else
       limits.least_m = std::max(limits.least_m, LowModel::depths * depth_around(ix, iy));
@@ -227,7 +227,7 @@ void LowObstacles::compare(int iy) {
   }
 }
 
-float LowObstacles::depth_around(int ix, int iy) const {
+float LowObstacleFinder::depth_around(int ix, int iy) const {
   const int reach{model_.reach};
   float depth_m{0};
   for (int y{std::max(iy - reach, rows_.begin)}; y <= std::min(iy + reach, rows_.end - 1); ++y) {
@@ -237,49 +237,42 @@ float LowObstacles::depth_around(int ix, int iy) const {
   return depth_m;
 }
 
-// Wrong matches are smaller than stones: the cell and those around it have as many high samples as the face of a step
-// that is a cell wide.
-bool LowObstacles::is_small(int ix, int iy) const {
+bool LowObstacleFinder::is_small(int ix, int iy) const {
   int high{0};
   for (int y{std::max(iy - 1, rows_.begin)}; y <= std::min(iy + 1, rows_.end - 1); ++y) {
     for (int x{std::max(ix - 1, columns_.begin)}; x <= std::min(ix + 1, columns_.end - 1); ++x)
       high += seen_(x, y).high;
   }
-  return static_cast<float>(high) < model_.face_samples(model_.places.x_of(ix, iy));
+  return model_.is_small(model_.places.x_of(ix, iy), high);
 }
 
-// Rays and the filter decide about tall things and the cells beside them, into which the matcher's window smears them.
-void LowObstacles::leave_tall_obstacles(int ix, int iy) {
+void LowObstacleFinder::mark_beside_tall(int ix, int iy) {
   const int reach{model_.tall_reach};
-  for (int y{std::max(iy - reach, rows_.begin)}; y <= std::min(iy + reach, rows_.end - 1); ++y) {
-    for (int x{std::max(ix - reach, columns_.begin)}; x <= std::min(ix + reach, columns_.end - 1); ++x) {
-      seen_(x, y).is_beside_tall = true;
-      seen_(x, y).is_high = false;
-    }
-  }
+  const int first{std::max(ix - reach, columns_.begin)};
+  for (int y{std::max(iy - reach, rows_.begin)}; y <= std::min(iy + reach, rows_.end - 1); ++y)
+    std::fill(is_beside_tall_.row(y) + first, is_beside_tall_.row(y) + std::min(ix + reach + 1, columns_.end), 1);
 }
 
-void LowObstacles::check() {
-  for (int iy{rows_.begin}; iy < rows_.end; ++iy) {
-    for (int ix{columns_.begin}; ix < columns_.end; ++ix) {
-      LowSeen& seen{seen_(ix, iy)};
-      if (seen.is_tall) leave_tall_obstacles(ix, iy);
-      if ((seen.is_high || seen.height > HeightMemory::obstacle_height) && is_small(ix, iy)) seen.count = 0;
-      seen.is_high = seen.is_high && seen.count > 0;
-    }
-  }
+void LowObstacleFinder::check() {
+  for_cells([this](int ix, int iy) { is_beside_tall_(ix, iy) = 0; });
+  for_cells([this](int ix, int iy) {
+    if (seen_(ix, iy).is_tall) mark_beside_tall(ix, iy);
+  });
+  found_.clear();
+  for_cells([this](int ix, int iy) {
+    const LowSeen& seen{seen_(ix, iy)};
+    const bool is_beside_tall{is_beside_tall_(ix, iy) != 0};
+    if (seen.count == 0 || (LowModel::is_obstacle(seen, is_beside_tall) && is_small(ix, iy))) return;
+    found_.push_back(LowModel::cell(ix, iy, seen, is_beside_tall, noise_m_(ix, iy)));
+  });
 }
 
 void LowObstacles::remember(const LowObstacles& of) {
-  for (int iy{of.rows_.begin}; iy < of.rows_.end; ++iy) {
-    for (int ix{of.columns_.begin}; ix < of.columns_.end; ++ix) {
-      const LowSeen& seen{of.seen_(ix, iy)};
-      if (seen.count == 0) continue;
-      if (seen.is_beside_tall)
-        memory_.clear(ix, iy);
-      else
-        memory_.add(ix, iy, seen.height, model_.limits.step_m / 8 / of.noise_m_(ix, iy), seen.count);
-    }
+  for (const LowCell& cell : of.seen_) {
+    if (cell.is_beside_tall)
+      memory_.clear(cell.ix, cell.iy);
+    else
+      memory_.add(cell.ix, cell.iy, cell.height, model_.limits.step_m / 8 / cell.noise_m, cell.count);
   }
 }
 

@@ -13,65 +13,40 @@
 #include "stereogrid/image.hpp"
 #include "terrain/height_memory.hpp"
 #include "terrain/low_obstacles_model.hpp"
-#include "terrain/terrain.hpp"
 
 namespace stereogrid {
 
-/// Stones, steps and rises that are hardly higher than a step, in the cells of the filter's window: heights of all
-/// pixels over the ground around their cell, and their mean over the frames (docs/terrain.md, "Low obstacles"). Sums of
-/// samples are of integers, so that results do not depend on the order.
-class LowObstacles {
+/// Finds a frame's low obstacles, on the CPU: heights of all pixels over the ground around their cell. Sums of samples
+/// are of integers, so that results do not depend on the order.
+class LowObstacleFinder {
  public:
-  LowObstacles(const Rig& level_rig, const TerrainLimits& limits, double cell_m, int window_cells, int window_px);
+  LowObstacleFinder(int width_px, int height_px, int window_cells);
 
-  /// Heights of the frame that `terrain` is of.
+  /// Cells with samples that count, in any order, until the next call. `obstacle`, `road`: (H, W) px, 0 = none.
+  /// `noise_px`: see Terrain::noise_px(). `for_ranges`(count, work): calls work(begin, end) on disjoint parts of
+  /// [0, count).
   template <class ForRanges>
-  void find(View<const float> obstacle, View<const float> road, const Terrain& terrain, const GridInVehicle& window,
-            const ForRanges& for_ranges) {
-    model_.begin(terrain.camera(), window, terrain.checked_m(), samples_.height());
-    const int first_row{model_.first_row};
+  std::span<const LowCell> find(View<const float> obstacle, View<const float> road, const LowModel& model,
+                                std::span<const float> noise_px, const ForRanges& for_ranges) {
+    model_ = model;
+    const int first_row{model.first_row};
     for_ranges(samples_.height() - first_row, [&](int begin, int end) {
       for (int v{first_row + begin}; v < first_row + end; ++v)
         read_[static_cast<std::size_t>(v)] = read_row(obstacle, road, v);
     });
     sort_samples();
-    for_rows(for_ranges, [&](int iy) { set_levels(terrain, iy); });
+    for_rows(for_ranges, [&](int iy) { set_levels(noise_px, iy); });
     for (int pass{0}; pass < LowModel::plane_passes; ++pass) {
       for_rows(for_ranges, [&](int iy) { sum_along(iy, pass); });
       fit_planes();
     }
     for_rows(for_ranges, [&](int iy) { compare(iy); });
     check();
-  }
-
-  /// Calls work(ix, iy) for the cells in which the last find() shows something higher than the ground around them.
-  template <class Work>
-  void for_high(const Work& work) const {
-    for (int iy{rows_.begin}; iy < rows_.end; ++iy) {
-      for (int ix{columns_.begin}; ix < columns_.end; ++ix) {
-        if (seen_(ix, iy).is_high) work(ix, iy);
-      }
-    }
-  }
-  /// A frame without images.
-  void find_nothing() { columns_ = rows_ = {0, 0}; }
-  /// Moves the memory with the window.
-  void move(Scroll scroll) { memory_.move(scroll); }
-  /// Adds the last find() of a camera, this one or another, to the memory.
-  void remember(const LowObstacles& of);
-  /// Calls work(ix, iy) for the cells with an obstacle in memory.
-  template <class Work>
-  void for_obstacles(const Work& work) const {
-    memory_.for_obstacles(work);
-  }
-  void reset() { memory_.reset(); }
-  template <class State>
-  void exchange(State& state) {
-    memory_.exchange(state);
+    return found_;
   }
   [[nodiscard]] std::size_t memory_bytes() const {
     return memory_bytes_of(samples_, read_, sorted_, ranges_, level_m_, top_m_, noise_m_, weights_, moments_, sums_,
-                           planes_, seen_, memory_);
+                           planes_, seen_, is_beside_tall_, found_);
   }
 
  private:
@@ -94,6 +69,12 @@ class LowObstacles {
     Range columns;
     Range rows;
   };
+  template <class Work>
+  void for_cells(const Work& work) {
+    for (int iy{rows_.begin}; iy < rows_.end; ++iy) {
+      for (int ix{columns_.begin}; ix < columns_.end; ++ix) work(ix, iy);
+    }
+  }
   template <class ForRanges, class Work>
   void for_rows(const ForRanges& for_ranges, const Work& work) {
     for_ranges(rows_.end - rows_.begin, [&](int begin, int end) {
@@ -103,17 +84,17 @@ class LowObstacles {
   [[nodiscard]] std::span<std::int16_t> heights_of(int ix, int iy);
   [[nodiscard]] RowRead read_row(View<const float> obstacle, View<const float> road, int v);
   void sort_samples();
-  void set_levels(const Terrain& terrain, int iy);
+  void set_levels(std::span<const float> noise_px, int iy);
   void sum_along(int iy, int pass);
   void fit_planes();
   void compare(int iy);
   /// Depth of the lowest level below its plane in the window of a cell's plane, m.
   [[nodiscard]] float depth_around(int ix, int iy) const;
   [[nodiscard]] bool is_small(int ix, int iy) const;
-  void leave_tall_obstacles(int ix, int iy);
+  void mark_beside_tall(int ix, int iy);
   void check();
 
-  LowModel model_;
+  LowModel model_{{}, {}, 1, 0, 0, 0};
   Range columns_{0, 0};  // box of the window that has samples
   Range rows_{0, 0};
   Image<Sample> samples_;             // by row of the image
@@ -128,6 +109,49 @@ class LowObstacles {
   std::vector<Moments> sums_;  // moments of a row's cells
   Image<LowPlane> planes_;
   Image<LowSeen> seen_;
+  Image<std::uint8_t> is_beside_tall_;
+  std::vector<LowCell> found_;
+};
+
+/// Stones, steps and rises that are hardly higher than a step, in the cells of the filter's window, in a frame and over
+/// the frames (docs/terrain.md, "Low obstacles").
+class LowObstacles {
+ public:
+  explicit LowObstacles(const LowModel& model) : model_{model}, memory_{model.cells} {}
+
+  /// Geometry of a frame, for LowObstacleFinder.
+  const LowModel& begin(const TerrainCamera& camera, const GridInVehicle& window, float checked_m) {
+    model_.begin(camera, window, checked_m);
+    return model_;
+  }
+  /// Sets the cells of the frame; empty: without images. They must stay valid until the next frame.
+  void see(std::span<const LowCell> cells) { seen_ = cells; }
+  /// Calls work(ix, iy) for the cells in which the frame shows something higher than the ground around them.
+  template <class Work>
+  void for_high(const Work& work) const {
+    for (const LowCell& cell : seen_) {
+      if (cell.is_high) work(static_cast<int>(cell.ix), static_cast<int>(cell.iy));
+    }
+  }
+  /// Moves the memory with the window.
+  void move(Scroll scroll) { memory_.move(scroll); }
+  /// Adds the frame of a camera, this one or another, to the memory.
+  void remember(const LowObstacles& of);
+  /// Calls work(ix, iy) for the cells with an obstacle in memory.
+  template <class Work>
+  void for_obstacles(const Work& work) const {
+    memory_.for_obstacles(work);
+  }
+  void reset() { memory_.reset(); }
+  template <class State>
+  void exchange(State& state) {
+    memory_.exchange(state);
+  }
+  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(memory_); }
+
+ private:
+  LowModel model_;
+  std::span<const LowCell> seen_;
   HeightMemory memory_;
 };
 

@@ -10,6 +10,7 @@
 #include "numbers.hpp"
 #include "terrain/height_memory.hpp"
 #include "terrain/model.hpp"
+#include "terrain/rings.hpp"
 
 namespace stereogrid {
 
@@ -67,9 +68,19 @@ struct LowSeen {
   int count;  ///< samples, up to HeightMemory::samples_enough; 0: none, or wrong ones
   int high;   ///< samples over the ground
   bool is_high;
-  bool is_tall;         ///< rays show it
-  bool is_beside_tall;  ///< it or a neighbour is
-  float height;         ///< upper decile over the plane, in units of what the matcher leaves of a step
+  bool is_tall;  ///< rays show it
+  float height;  ///< upper decile over the plane, in units of what the matcher leaves of a step
+};
+
+/// A cell of the window whose samples count.
+struct LowCell {
+  std::uint16_t ix;
+  std::uint16_t iy;
+  float height;   ///< see LowSeen
+  float noise_m;  ///< standard deviation of a sample's height
+  std::uint8_t count;
+  bool is_high;  ///< something is higher than the ground around
+  bool is_beside_tall;
 };
 
 /// A frame's low obstacles in the cells of a window: geometry, limits and formulas, for CPU and GPU.
@@ -121,10 +132,11 @@ struct LowModel {
     float least_m;    ///< height over the ground of an obstacle
   };
 
-  LowModel(const Rig& level_rig, const TerrainLimits& of_terrain, double cell_size_m, int window_cells, int window_px);
+  LowModel(const Rig& level_rig, const TerrainLimits& of_terrain, double cell_size_m, int window_cells, int window_px,
+           int disparities);
 
-  /// Sets the frame. `checked_m`: range up to which its noise allows to find them; `rows`: of the image.
-  void begin(const TerrainCamera& of_frame, const GridInVehicle& window, float checked_m, int rows);
+  /// Sets the frame. `checked_m`: range up to which its noise allows to find them.
+  void begin(const TerrainCamera& of_frame, const GridInVehicle& window, float checked_m);
 
   [[nodiscard]] STEREOGRID_HD Row row(int v) const {
     const float ahead{camera.tangent(cx_px, static_cast<float>(v))};
@@ -146,21 +158,31 @@ struct LowModel {
   /// Samples of a cell that are its upper decile.
   [[nodiscard]] STEREOGRID_HD static int decile_of(int samples) { return (samples + 9) / 10; }
 
-  /// Noise of heights x m ahead.
-  [[nodiscard]] STEREOGRID_HD float noise_m(float x, float sigma_px) const {
-    return camera.elevation_sigma(camera.height_m, x, sigma_px);
+  [[nodiscard]] STEREOGRID_HD static float height_m(std::int16_t sample) { return static_cast<float>(sample) / per_m; }
+
+  /// Noise of heights x m ahead. `noise_px`: see Terrain::noise_px().
+  [[nodiscard]] STEREOGRID_HD float noise_m(float x, const float* noise_px) const {
+    const float place{Min(camera.focal_baseline_pxm / x * Rings::places_per_px, last_place)};
+    return camera.elevation_sigma(camera.height_m, x, noise_px[static_cast<int>(Max(place, 0.0f))]);
   }
   /// Weight of a level. At first levels near the frame's plane count, then those near the plane of the pass before,
   /// without cells over it: a field of stones, or a kerb, would raise the plane.
-  [[nodiscard]] STEREOGRID_HD int weight_of(int pass, float x, float level, float plane, float noise) const {
+  [[nodiscard]] STEREOGRID_HD float weight_of(int pass, float x, float level, float plane, float noise) const {
     if (pass == 0) {
       const float share{level / (3 * limits.step_m + 0.15f * x)};
-      return whole_weight(1 / (1 + share * share * share * share));
+      return 1 / (1 + share * share * share * share);
     }
     const float over{level - plane};
     const float lowest{-2 * Max(matched_share * limits.step_m, sigmas * noise)};
     const float highest{Max(plane_share * limits.step_m, plane_sigmas * noise)};
-    return whole_weight(over > lowest && over < highest ? 1.0f : 0.02f);
+    return over > lowest && over < highest ? 1.0f : 0.02f;
+  }
+  /// A level with its weight.
+  template <class Number>
+  [[nodiscard]] STEREOGRID_HD LowWeight<Number> weighted(int pass, float x, float level, float plane,
+                                                         float noise) const {
+    const auto n = static_cast<Number>(static_cast<int>(weight_of(pass, x, level, plane, noise) * full_weight + 0.5f));
+    return {n, n * static_cast<Number>(level * per_m)};
   }
   template <class Number>
   [[nodiscard]] STEREOGRID_HD static LowPlane plane_of(const LowMoments<Number>& sum, int ix, int iy) {
@@ -194,6 +216,10 @@ struct LowModel {
             Max(Max(Max(matched_share * limits.step_m, matched_m), sigmas * noise),
                 2 * Min(rise_m / cell_m, limits.slope) * range_noise)};
   }
+  /// True: the upper decile is an obstacle.
+  [[nodiscard]] STEREOGRID_HD static bool is_over(const Limits& of, float top_m) {
+    return top_m - of.ground_m > of.least_m;
+  }
   /// A height over the ground in units of samples.
   [[nodiscard]] STEREOGRID_HD static float over(const Limits& of, float height_m) {
     return (of.ground_m + height_m) * per_m;
@@ -208,6 +234,25 @@ struct LowModel {
     seen.height = Min(Max((top_m - of.ground_m) / of.matched_m, height_min), height_max);
     return seen;
   }
+  /// Wrong matches are smaller than stones: the cell and those around it have as many `high` samples as the face of a
+  /// step that is a cell wide.
+  [[nodiscard]] STEREOGRID_HD bool is_small(float x, int high) const {
+    return static_cast<float>(high) < face_samples(x);
+  }
+  /// Rays and the filter decide about tall things and the cells beside them, into which the matcher's window smears
+  /// them.
+  [[nodiscard]] STEREOGRID_HD static bool is_high(const LowSeen& seen, bool is_beside_tall) {
+    return seen.is_high && !is_beside_tall;
+  }
+  /// True: the cell must not be small.
+  [[nodiscard]] STEREOGRID_HD static bool is_obstacle(const LowSeen& seen, bool is_beside_tall) {
+    return is_high(seen, is_beside_tall) || seen.height > HeightMemory::obstacle_height;
+  }
+  [[nodiscard]] STEREOGRID_HD static LowCell cell(int ix, int iy, const LowSeen& seen, bool is_beside_tall,
+                                                  float noise) {
+    return {static_cast<std::uint16_t>(ix),        static_cast<std::uint16_t>(iy), seen.height,   noise,
+            static_cast<std::uint8_t>(seen.count), is_high(seen, is_beside_tall),  is_beside_tall};
+  }
   /// Height that the matcher leaves of a step, where a row of the image is row_m high.
   [[nodiscard]] STEREOGRID_HD float matched_step_m(float row_m) const {
     return Max(matched_mean * limits.step_m, limits.step_m - lost_rows * row_m);
@@ -221,18 +266,16 @@ struct LowModel {
     const float row_m{camera.tangent_per_v * x};
     return matched_step_m(row_m) * cell_m / (row_m * row_m * static_cast<float>(column_step(x)));
   }
-  [[nodiscard]] STEREOGRID_HD static int whole_weight(float weight) {
-    return static_cast<int>(weight * full_weight + 0.5f);
-  }
-
   TerrainLimits limits;
   float cell_m;
   float cx_px;
-  int cells;        ///< side of the window
-  int reach;        ///< cells on both sides of a plane's cell
-  int tall_reach;   ///< cells around tall obstacles
-  float lost_rows;  ///< rows of a face that the matcher's window takes
-  float most;       ///< highest sample, 1/4096 m
+  int rows;          ///< height of the image
+  float last_place;  ///< the last one in a table of noise
+  int cells;         ///< side of the window
+  int reach;         ///< cells on both sides of a plane's cell
+  int tall_reach;    ///< cells around tall obstacles
+  float lost_rows;   ///< rows of a face that the matcher's window takes
+  float most;        ///< highest sample, 1/4096 m
 
   // Data of a frame.
   TerrainCamera camera;

@@ -33,6 +33,8 @@ class Rings {
     return at_place(static_cast<int>(Min(disparity * places_per_px, static_cast<float>(places()))));
   }
   static constexpr float places_per_px{16};  ///< borders are multiples of a sixteenth of a pixel
+  /// Place of all disparities beyond the last one.
+  static constexpr int last_place(int disparities) { return (disparities + 1) * static_cast<int>(places_per_px); }
   [[nodiscard]] int places() const { return static_cast<int>(ring_at_.size()) - 1; }
   [[nodiscard]] int at_place(int place) const { return ring_at_[static_cast<std::size_t>(place)]; }
   [[nodiscard]] int capacity() const { return static_cast<int>(borders_m_.size()) - 1; }
@@ -50,7 +52,7 @@ inline Rings::Rings(float cell_m, float farthest_m, int disparities)
     : cell_m_{cell_m},
       farthest_m_{farthest_m},
       borders_m_(static_cast<std::size_t>(std::ceil(farthest_m / cell_m)) + 2),
-      ring_at_(static_cast<std::size_t>((static_cast<float>(disparities) + 1) * places_per_px) + 1) {}
+      ring_at_(static_cast<std::size_t>(last_place(disparities)) + 1) {}
 
 inline void Rings::place(const TerrainCamera& camera, float nearest_m) {
   std::ranges::fill(ring_at_, static_cast<std::int16_t>(no_ring));

@@ -53,6 +53,7 @@ Terrain::Terrain(const Rig& level_rig, const TerrainLimits& limits, float cell_m
       rings_{cell_m, farthest_m, disparities},
       samples_{level_rig.width_px, level_rig.height_px, rings_.capacity()},
       sigma_px_(static_cast<std::size_t>(rings_.capacity())),
+      noise_px_(static_cast<std::size_t>(rings_.places()) + 1),
       plane_sigma_m_(static_cast<std::size_t>(rings_.capacity())),
       cells_{rings_.capacity(), samples_.sectors()},
       walks_{samples_.sectors(), 1},
@@ -74,6 +75,8 @@ void Terrain::begin(const Ground& ground, const Ground& surface) {
 
 void Terrain::begin_walks() {
   samples_.measure_noise(rings_.count(), sigma_px_);
+  for (std::size_t place{0}; place < noise_px_.size(); ++place)
+    noise_px_[place] = sigma_px_[static_cast<std::size_t>(std::max(rings_.at_place(static_cast<int>(place)), 0))];
   checked_rings_ = 0;
   bool is_checked{true};
   for (int ring{0}; ring < rings_.count(); ++ring) {
@@ -182,8 +185,8 @@ void Terrain::add_edges(std::vector<EdgePoint>& edges) const {
 }
 
 std::size_t Terrain::memory_bytes() const {
-  return memory_bytes_of(rings_, samples_, sigma_px_, plane_sigma_m_, reached_, observed_rings_, cells_, walks_,
-                         relief_) +
+  return memory_bytes_of(rings_, samples_, sigma_px_, noise_px_, plane_sigma_m_, reached_, observed_rings_, cells_,
+                         walks_, relief_) +
          trenches_.memory_bytes();
 }
 

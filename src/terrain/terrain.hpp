@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -133,11 +134,8 @@ class Terrain {
   [[nodiscard]] const TerrainCamera& camera() const { return camera_; }
   /// Range up to which low obstacles and edges are found.
   [[nodiscard]] float checked_m() const { return checked_rings_ > 0 ? rings_.end_m(checked_rings_ - 1) : 0; }
-  /// Noise of the disparities x m ahead, up to checked_m().
-  [[nodiscard]] float sigma_px(float x) const {
-    const int ring{rings_.at_disparity(camera_.focal_baseline_pxm / x)};
-    return sigma_px_[static_cast<std::size_t>(std::max(ring, 0))];
-  }
+  /// Noise of the disparities, by place: Rings::places_per_px a pixel; of ranges up to checked_m().
+  [[nodiscard]] std::span<const float> noise_px() const { return noise_px_; }
   [[nodiscard]] Relief<Host> relief() const { return relief_.view(); }
   [[nodiscard]] std::size_t memory_bytes() const;
 
@@ -167,6 +165,7 @@ class Terrain {
   Rings rings_;
   TerrainSamples samples_;
   std::vector<float> sigma_px_;       // by ring
+  std::vector<float> noise_px_;       // by place
   std::vector<float> plane_sigma_m_;  // by ring: noise of the plane's height
   Image<PolarCell> cells_;            // (ring, sector)
   Image<SectorWalk> walks_;           // (sector, 0)
