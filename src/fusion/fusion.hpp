@@ -28,4 +28,7 @@ void fuse(Reference& reference, std::span<const ObservedGrid> others, const Grid
 void fuse_rows(std::span<const ObservedGrid> others, const GridInVehicle& grid, const FusionConfig& config,
                View<float> cells, int begin, int end);
 
+/// P(occupied) of rows [begin, end) by all cameras, 0.5 = unknown: see CameraPool. `cells` may be one of `cameras`.
+void fuse_camera_rows(std::span<const View<const float>> cameras, int begin, int end, View<float> cells);
+
 }  // namespace stereogrid

@@ -33,6 +33,16 @@ void fuse_rows(std::span<const ObservedGrid> others, const GridInVehicle& grid, 
   }
 }
 
+void fuse_camera_rows(std::span<const View<const float>> cameras, int begin, int end, View<float> cells) {
+  for (int y{begin}; y < end; ++y) {
+    for (int x{0}; x < cells.width; ++x) {
+      CameraPool pool;
+      for (const View<const float>& camera : cameras) pool.add(camera(x, y));
+      cells(x, y) = pool.probability();
+    }
+  }
+}
+
 void fuse(Reference&, std::span<const ObservedGrid> others, const GridInVehicle& grid, const FusionConfig& config,
           View<float> cells) {
   if (others.empty()) return;

@@ -9,7 +9,6 @@
 
 #include "backend/cpu.hpp"
 #include "filter/filter.hpp"
-#include "fusion/cameras.hpp"
 #include "fusion/fusion.hpp"
 #include "ground/plane_numbers.hpp"
 #include "matching/checks/external.hpp"

@@ -2,10 +2,13 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
+#include <span>
 
 #include "backend/cuda.hpp"
 #include "stereogrid/camera.hpp"
+#include "terrain/low_obstacles_model.hpp"
 #include "terrain/rules.hpp"
 #include "terrain/samples.hpp"
 #include "terrain/trenches.hpp"
@@ -37,5 +40,80 @@ void find_trenches(Cuda& cuda, const SampledGround& ground, TerrainOnDevice& ter
 
 /// Applies rules, row by row without gaps, to `cells`. `rules` is on the device, or in pinned memory.
 void apply_rules(Cuda& cuda, const CellRule* rules, View<float, Device> cells);
+
+/// Cells first_x … end_x − 1, first_y … end_y − 1 of a window, numbered row by row.
+struct LowBox {
+  int first_x;
+  int first_y;
+  int end_x;
+  int end_y;
+
+  [[nodiscard]] STEREOGRID_HD int size() const { return (end_x - first_x) * (end_y - first_y); }
+  [[nodiscard]] STEREOGRID_HD bool has(int ix, int iy) const {
+    return ix >= first_x && ix < end_x && iy >= first_y && iy < end_y;
+  }
+  [[nodiscard]] STEREOGRID_HD int index(int ix, int iy) const {
+    return (iy - first_y) * (end_x - first_x) + ix - first_x;
+  }
+  [[nodiscard]] STEREOGRID_HD int ix(int cell) const { return first_x + cell % (end_x - first_x); }
+  [[nodiscard]] STEREOGRID_HD int iy(int cell) const { return first_y + cell / (end_x - first_x); }
+};
+
+/// Input of a frame's low obstacles.
+struct LowFrameOnDevice {
+  LowModel model;
+  LowBox box;  ///< has all samples
+};
+
+/// Levels of a cell's samples.
+struct LowLevel {
+  float middle_m;  ///< median; NaN: no samples
+  float top_m;     ///< upper decile
+  float noise_m;
+};
+
+/// Data of the cells of the box.
+struct LowCellsOnDevice {
+  int* counts;           ///< number of samples
+  int* ends;             ///< place behind the last sample
+  std::int16_t* sorted;  ///< samples by cell, 1/4096 m
+  LowLevel* levels;
+  LowWeight<int>* weights;
+  LowRowMoments<long long>* moments;
+  LowPlane* planes;
+  LowSeen* seen;
+};
+
+/// Finds low obstacles on the device. Equal to LowObstacleFinder to the bit, in any order.
+class LowObstaclesOnDevice {
+ public:
+  LowObstaclesOnDevice(int width_px, int height_px, int window_cells, int disparities);
+
+  /// Sets the frame of further searches. `noise_px`: see Terrain::noise_px().
+  void put(const LowModel& model, std::span<const float> noise_px);
+  /// Enqueues the search. `obstacle`, `road`: (H, W) px, 0 = none.
+  void find(Cuda& cuda, View<const float, Device> obstacle, View<const float, Device> road);
+  /// Cells of the last find(), when the device has finished it.
+  [[nodiscard]] std::span<const LowCell> found() { return {cells_.data(), cells_.data() + *found_.data()}; }
+
+ private:
+  int width_px_;
+  int height_px_;
+  PinnedBuffer<LowFrameOnDevice> frame_;
+  DeviceBuffer<LowFrameOnDevice> frame_on_device_;
+  PinnedBuffer<float> noise_px_;
+  DeviceBuffer<float> noise_on_device_;
+  DeviceBuffer<int> counts_;
+  DeviceBuffer<int> ends_;
+  DeviceBuffer<std::int16_t> sorted_;
+  DeviceBuffer<LowLevel> levels_;
+  DeviceBuffer<LowWeight<int>> weights_;
+  DeviceBuffer<LowRowMoments<long long>> moments_;
+  DeviceBuffer<LowPlane> planes_;
+  DeviceBuffer<LowSeen> seen_;
+  DeviceBuffer<int> sums_;  ///< samples placed, cells written
+  PinnedBuffer<int> found_;
+  PinnedBuffer<LowCell> cells_;  ///< written from the device: they are few, and how many changes
+};
 
 }  // namespace stereogrid

@@ -5,7 +5,6 @@
 
 #include "backend/cpu.hpp"
 #include "backend/reference.hpp"
-#include "fusion/cameras.hpp"
 #include "fusion/model.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/grid.hpp"
