@@ -20,12 +20,6 @@ STEREOGRID_HD inline bool is_ambiguous(float obstacle) {
   return bits == 1U << 31;
 }
 
-/// Disparities of obstacles and of the road, (H, W) px, 0 = none; no pixel has both.
-struct MatchImages {
-  View<const float> obstacle;
-  View<const float> road;
-};
-
 /// Result of `match`: two disparity images (px, 0 = none); no pixel has both.
 struct Matches {
   Matches(int width, int height) : obstacle{width, height}, road{width, height}, confidence{width, height} {}

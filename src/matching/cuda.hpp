@@ -26,9 +26,6 @@ struct alignas(8) FoundLabel {
 /// `Matches` on the device.
 struct DeviceMatches {
   DeviceMatches(int width, int height) : obstacle{width, height}, road{width, height}, confidence{width, height} {}
-  /// Disparities in foreign memory.
-  DeviceMatches(int width, int height, float* obstacles, float* roads)
-      : obstacle{width, height, obstacles}, road{width, height, roads}, confidence{width, height} {}
 
   DeviceImage<float> obstacle;
   DeviceImage<float> road;

@@ -195,8 +195,10 @@ TerrainRules CameraPipeline::find_terrain(CameraFrame& now) {
   terrain.begin(now.ground.plane, now.ground.matched_on(), place_of(now.grids));
   const auto threads{ranges_of(cpu_)};
   terrain.place(stages_->find_medians(terrain.sampled()), threads);
+  stages_->begin_low_obstacles(terrain.begin_low_obstacles(), terrain.noise_px());
   stages_->find_trenches(terrain.trenches());
-  terrain.find(stages_->read_images(), threads, now.result);
+  terrain.find(threads);
+  terrain.write(stages_->low_obstacles(), threads, now.result);
   return terrain.rules();
 }
 

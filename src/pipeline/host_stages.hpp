@@ -61,20 +61,22 @@ class HostStages final : public Stages {
   const Matches& read() override { return space_.matches; }
 
   View<const float> find_medians(const SampledGround& ground) override {
-    const MatchImages matches{read_images()};
+    const Matches& matches{space_.matches};
     const View<float> medians{space_.medians.view()};
     cpu_.for_ranges(medians.height, 8, [&](int begin, int end) {
-      stereogrid::find_medians(matches.obstacle, matches.road, begin, end, ground.first_row, medians);
+      stereogrid::find_medians(matches.obstacle.view(), matches.road.view(), begin, end, ground.first_row, medians);
     });
     return medians;
   }
 
   void find_trenches(TrenchFilter& trenches) override { trenches.find_all(ranges_of(cpu_)); }
 
-  MatchImages read_images() override {
+  void begin_low_obstacles(const LowModel& model, std::span<const float> noise_px) override {
     const Matches& matches{space_.matches};
-    return {matches.obstacle.view(), matches.road.view()};
+    low_ = space_.low_obstacles.find(matches.obstacle.view(), matches.road.view(), model, noise_px, ranges_of(cpu_));
   }
+
+  std::span<const LowCell> low_obstacles() override { return low_; }
 
   void observe(const FrameGrids& grids, const Evidence& evidence, FrameResult& result) override {
     if (evidence.is_usable) {
@@ -239,6 +241,7 @@ class HostStages final : public Stages {
   BackEndType& back_end_;
   HostWorkspace space_;
   ColumnCounter columns_;
+  std::span<const LowCell> low_;
   StageTimes times_;  ///< times of a frame's stages
 };
 

@@ -12,6 +12,7 @@
 #include "observation/rays/rays.hpp"
 #include "observation/u_disparity/u_disparity.hpp"
 #include "pipeline/results.hpp"
+#include "terrain/low_obstacles.hpp"
 #include "terrain/samples.hpp"
 
 namespace stereogrid {
@@ -38,8 +39,9 @@ struct HostWorkspace {
 
   Image<std::uint8_t> aligned_right;
   Matches matches;
-  Image<float> heights;  ///< working memory of split_surfaces
-  Image<float> medians;  ///< (row, sector), for GroundModel::terrain
+  Image<float> heights;             ///< working memory of split_surfaces
+  Image<float> medians;             ///< (row, sector), for GroundModel::terrain
+  LowObstacleFinder low_obstacles;  ///< likewise
   MatchingWorkspace matching;
   UDisparityTables u_disparity_tables;
   UDisparityWorkspace u_disparity;
@@ -62,6 +64,8 @@ inline HostWorkspace::HostWorkspace(const Config& config, const Rig& level_rig, 
       heights{level_rig.width_px, level_rig.height_px},
       medians{config.ground.model == GroundModel::terrain ? level_rig.height_px : 0,
               terrain_sectors(level_rig.width_px)},
+      low_obstacles{config.ground.model == GroundModel::terrain ? level_rig : Rig{},
+                    config.ground.model == GroundModel::terrain ? Window{vehicle_grid}.cells() : 0},
       matching{level_rig.width_px, level_rig.height_px, config.matching, threads},
       u_disparity_tables{{config.u_disparity, config.paper}, level_rig.height_px, config.matching.window_px},
       u_disparity{level_rig.width_px, level_rig.height_px, config.matching.disparities, threads},
@@ -80,9 +84,9 @@ inline HostWorkspace::HostWorkspace(const Config& config, const Rig& level_rig, 
 }
 
 inline std::size_t HostWorkspace::memory_bytes() const {
-  return memory_bytes_of(aligned_right, matches, heights, medians, matching, u_disparity_tables, u_disparity,
-                         projection, rays, filter_tables, observed_world, filtered, next, weighing, block_kinds,
-                         part_kinds) +
+  return memory_bytes_of(aligned_right, matches, heights, medians, low_obstacles, matching, u_disparity_tables,
+                         u_disparity, projection, rays, filter_tables, observed_world, filtered, next, weighing,
+                         block_kinds, part_kinds) +
          (prediction ? sizeof(PredictionWorkspace) + prediction->memory_bytes() : 0);
 }
 

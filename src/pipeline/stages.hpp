@@ -20,6 +20,7 @@
 #include "obstacles/segmentation/columns.hpp"
 #include "pipeline/saved_state.hpp"
 #include "stereogrid/pipeline.hpp"
+#include "terrain/low_obstacles_model.hpp"
 #include "terrain/rules.hpp"
 #include "terrain/trenches.hpp"
 
@@ -150,8 +151,11 @@ class Stages {
   virtual View<const float> find_medians(const SampledGround& ground) = 0;
   /// Sets the trenches of the sectors, in those medians, after TrenchFilter::begin().
   virtual void find_trenches(TrenchFilter& trenches) = 0;
-  /// The last matches at all pixels, under the same conditions. A device brings them later than the others.
-  virtual MatchImages read_images() = 0;
+  /// Begins the search for low obstacles in the last matches, under the same conditions: a device works on it while the
+  /// host continues. `noise_px`: see Terrain::noise_px().
+  virtual void begin_low_obstacles(const LowModel& model, std::span<const float> noise_px) = 0;
+  /// Waits for it: cells in any order, until the next begin_low_obstacles().
+  virtual std::span<const LowCell> low_obstacles() = 0;
   /// Occupancy of the vehicle's grid and of the window (IV, V-A) by this camera.
   virtual void observe(const FrameGrids& grids, const Evidence& evidence, FrameResult& result) = 0;
   /// Nodes of the obstacles in the last matches, on the ground of the last observe(), by which a device has counted

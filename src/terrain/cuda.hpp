@@ -87,7 +87,7 @@ struct LowCellsOnDevice {
 /// Finds low obstacles on the device. Equal to LowObstacleFinder to the bit, in any order.
 class LowObstaclesOnDevice {
  public:
-  LowObstaclesOnDevice(int width_px, int height_px, int window_cells, int disparities);
+  LowObstaclesOnDevice(const Rig& level_rig, int window_cells, int disparities);
 
   /// Sets the frame of further searches. `noise_px`: see Terrain::noise_px().
   void put(const LowModel& model, std::span<const float> noise_px);

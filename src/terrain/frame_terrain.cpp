@@ -130,7 +130,6 @@ FrameTerrain::FrameTerrain(const Rig& level_rig, const Config& config, const Gri
           config.matching.window_px},
       low_obstacles_{LowModel{level_rig, limits_of(config), config.grid.cell_size_m, window_cells,
                               config.matching.window_px, config.matching.disparities}},
-      low_finder_{level_rig.width_px, level_rig.height_px, window_cells},
       witness_{config.vehicle.ground_memory_s, window_cells},
       elevation_{config.grid.cell_size_m, window_cells},
       vehicle_rules_{vehicle_grid.nx, vehicle_grid.ny},

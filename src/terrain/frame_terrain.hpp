@@ -7,7 +7,6 @@
 #include <span>
 #include <vector>
 
-#include "geometry/matches.hpp"
 #include "memory_bytes.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/result.hpp"
@@ -47,14 +46,22 @@ class FrameTerrain {
   void place(View<const float> medians, const ForRanges& for_ranges) {
     terrain_.place(medians, for_ranges);
   }
-  /// Sets elevation and classes of `result`. `matches`: disparities of all pixels.
+  /// After place(): what the search for low obstacles needs.
+  const LowModel& begin_low_obstacles() {
+    return low_obstacles_.begin(terrain_.camera(), place_.window_in_camera, terrain_.checked_m());
+  }
+  [[nodiscard]] std::span<const float> noise_px() const { return terrain_.noise_px(); }
   template <class ForRanges>
-  void find(const MatchImages& matches, const ForRanges& for_ranges, FrameResult& result) {
+  void find(const ForRanges& for_ranges) {
     terrain_.find(for_ranges);
     edges_.clear();
     terrain_.add_edges(edges_);
-    const LowModel& low{low_obstacles_.begin(terrain_.camera(), place_.window_in_camera, terrain_.checked_m())};
-    low_obstacles_.see(low_finder_.find(matches.obstacle, matches.road, low, terrain_.noise_px(), for_ranges));
+  }
+  /// Sets elevation and classes of `result` after find(). `low`: cells of LowObstacleFinder, valid until the next
+  /// frame.
+  template <class ForRanges>
+  void write(std::span<const LowCell> low, const ForRanges& for_ranges, FrameResult& result) {
+    low_obstacles_.see(low);
     for_ranges(vehicle_grid_.ny,
                [&](int begin, int end) { write_vehicle(place_.vehicle_in_camera, begin, end, result); });
     mark_low_obstacles(place_.window_cells, result);
@@ -91,8 +98,7 @@ class FrameTerrain {
     state(window_x_m_, window_y_m_, age_s_, low_obstacles_, witness_, elevation_);
   }
   [[nodiscard]] std::size_t memory_bytes() const {
-    return memory_bytes_of(terrain_, low_obstacles_, low_finder_, witness_, elevation_, edges_, vehicle_rules_,
-                           window_rules_);
+    return memory_bytes_of(terrain_, low_obstacles_, witness_, elevation_, edges_, vehicle_rules_, window_rules_);
   }
 
  private:
@@ -115,7 +121,6 @@ class FrameTerrain {
   VehicleConfig vehicle_;
   Terrain terrain_;
   LowObstacles low_obstacles_;
-  LowObstacleFinder low_finder_;
   GroundWitness witness_;
   ElevationMemory elevation_;
   TerrainPlace place_{};  ///< place of the last find()

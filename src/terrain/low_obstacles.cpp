@@ -50,9 +50,9 @@ void LowModel::begin(const TerrainCamera& of_frame, const GridInVehicle& window,
   first_row = static_cast<int>(std::clamp(row / camera.tangent_per_v, 0.0f, static_cast<float>(rows)));
 }
 
-LowObstacleFinder::LowObstacleFinder(int width_px, int height_px, int window_cells)
-    : samples_{width_px, height_px},
-      read_(static_cast<std::size_t>(height_px)),
+LowObstacleFinder::LowObstacleFinder(const Rig& level_rig, int window_cells)
+    : samples_{level_rig.width_px, level_rig.height_px},
+      read_(static_cast<std::size_t>(level_rig.height_px)),
       sorted_(samples_.size()),
       ranges_{window_cells, window_cells},
       level_m_{window_cells, window_cells},
@@ -75,7 +75,7 @@ std::span<std::int16_t> LowObstacleFinder::heights_of(int ix, int iy) {
 
 // Three loops, of which the second one becomes vectors.
 LowObstacleFinder::RowRead LowObstacleFinder::read_row(View<const float> obstacle, View<const float> road, int v) {
-  const LowModel model{model_};  // members might change with each store
+  const LowModel model{*model_};  // members might change with each store
   const LowModel::Row in_row{model.row(v)};
   const int step{in_row.step};
   const float* const of_obstacles{obstacle.row(v)};
@@ -118,7 +118,7 @@ LowObstacleFinder::RowRead LowObstacleFinder::read_row(View<const float> obstacl
 }
 
 void LowObstacleFinder::sort_samples() {
-  const int first_row{model_.first_row};
+  const int first_row{model_->first_row};
   const int cells{seen_.width()};
   columns_ = rows_ = {cells, 0};
   const auto add = [](Range range, Range& sum) {
@@ -163,13 +163,13 @@ void LowObstacleFinder::set_levels(std::span<const float> noise_px, int iy) {
     if (middle < top) std::nth_element(heights.begin(), middle, top);
     level_m_(ix, iy) = LowModel::height_m(*middle);
     top_m_(ix, iy) = LowModel::height_m(*top);
-    noise_m_(ix, iy) = model_.noise_m(model_.places.x_of(ix, iy), noise_px.data());
+    noise_m_(ix, iy) = model_->noise_m(model_->places.x_of(ix, iy), noise_px.data());
   }
 }
 
 // Weights of the cells' levels, and their sums along the row.
 void LowObstacleFinder::sum_along(int iy, int pass) {
-  const int reach{model_.reach};
+  const int reach{model_->reach};
   RowMoments sum{};
   for (int ix{columns_.begin}; ix < columns_.end + reach; ++ix) {
     const int removed{ix - 2 * reach - 1};
@@ -179,7 +179,8 @@ void LowObstacleFinder::sum_along(int iy, int pass) {
       Weight& weight{weights_(ix, iy)};
       weight = {0, 0};
       if (!std::isnan(level)) {
-        weight = model_.weighted<double>(pass, model_.places.x_of(ix, iy), level, planes_(ix, iy).z, noise_m_(ix, iy));
+        weight =
+            model_->weighted<double>(pass, model_->places.x_of(ix, iy), level, planes_(ix, iy).z, noise_m_(ix, iy));
         sum.add(weight, ix, 1);
       }
     }
@@ -189,7 +190,7 @@ void LowObstacleFinder::sum_along(int iy, int pass) {
 }
 
 void LowObstacleFinder::fit_planes() {
-  const int reach{model_.reach};
+  const int reach{model_->reach};
   std::fill_n(sums_.begin(), columns_.end, Moments{});
   for (int iy{rows_.begin - reach}; iy < rows_.end; ++iy) {
     const int added{iy + reach};
@@ -210,7 +211,7 @@ void LowObstacleFinder::compare(int iy) {
     seen = {};
     const LowPlane& plane{planes_(ix, iy)};
     if (std::isnan(plane.z)) continue;
-    LowModel::Limits limits{model_.limits_of(plane, model_.places.x_of(ix, iy), noise_m_(ix, iy))};
+    LowModel::Limits limits{model_->limits_of(plane, model_->places.x_of(ix, iy), noise_m_(ix, iy))};
     std::span<const std::int16_t> heights{heights_of(ix, iy)};
     const int samples{static_cast<int>(heights.size())};
     if (!LowModel::is_over(limits, top_m_(ix, iy)))
@@ -223,12 +224,12 @@ void LowObstacleFinder::compare(int iy) {
           std::ranges::count_if(heights, [limit](std::int16_t z) { return static_cast<float>(z) > limit; }));
     };
     const int high{higher(limits.least_m)};
-    seen = model_.seen(limits, top_m_(ix, iy), samples, high, high > 1 ? higher(model_.limits.rays_from_m) : 0);
+    seen = model_->seen(limits, top_m_(ix, iy), samples, high, high > 1 ? higher(model_->limits.rays_from_m) : 0);
   }
 }
 
 float LowObstacleFinder::depth_around(int ix, int iy) const {
-  const int reach{model_.reach};
+  const int reach{model_->reach};
   float depth_m{0};
   for (int y{std::max(iy - reach, rows_.begin)}; y <= std::min(iy + reach, rows_.end - 1); ++y) {
     for (int x{std::max(ix - reach, columns_.begin)}; x <= std::min(ix + reach, columns_.end - 1); ++x)
@@ -243,11 +244,11 @@ bool LowObstacleFinder::is_small(int ix, int iy) const {
     for (int x{std::max(ix - 1, columns_.begin)}; x <= std::min(ix + 1, columns_.end - 1); ++x)
       high += seen_(x, y).high;
   }
-  return model_.is_small(model_.places.x_of(ix, iy), high);
+  return model_->is_small(model_->places.x_of(ix, iy), high);
 }
 
 void LowObstacleFinder::mark_beside_tall(int ix, int iy) {
-  const int reach{model_.tall_reach};
+  const int reach{model_->tall_reach};
   const int first{std::max(ix - reach, columns_.begin)};
   for (int y{std::max(iy - reach, rows_.begin)}; y <= std::min(iy + reach, rows_.end - 1); ++y)
     std::fill(is_beside_tall_.row(y) + first, is_beside_tall_.row(y) + std::min(ix + reach + 1, columns_.end), 1);

@@ -246,16 +246,16 @@ LowBox box_of(const LowModel& model, int width_px) {
 
 }  // namespace
 
-LowObstaclesOnDevice::LowObstaclesOnDevice(int width_px, int height_px, int window_cells, int disparities)
-    : width_px_{width_px},
-      height_px_{height_px},
+LowObstaclesOnDevice::LowObstaclesOnDevice(const Rig& level_rig, int window_cells, int disparities)
+    : width_px_{level_rig.width_px},
+      height_px_{level_rig.height_px},
       frame_{1},
       frame_on_device_{1},
       noise_px_{static_cast<std::size_t>(Rings::last_place(disparities)) + 1},
       noise_on_device_{noise_px_.size()},
       counts_{square(window_cells)},
       ends_{counts_.size()},
-      sorted_{static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px)},
+      sorted_{static_cast<std::size_t>(width_px_) * static_cast<std::size_t>(height_px_)},
       levels_{counts_.size()},
       weights_{counts_.size()},
       moments_{counts_.size()},

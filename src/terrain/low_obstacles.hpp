@@ -20,7 +20,7 @@ namespace stereogrid {
 /// are of integers, so that results do not depend on the order.
 class LowObstacleFinder {
  public:
-  LowObstacleFinder(int width_px, int height_px, int window_cells);
+  LowObstacleFinder(const Rig& level_rig, int window_cells);
 
   /// Cells with samples that count, in any order, until the next call. `obstacle`, `road`: (H, W) px, 0 = none.
   /// `noise_px`: see Terrain::noise_px(). `for_ranges`(count, work): calls work(begin, end) on disjoint parts of
@@ -28,7 +28,7 @@ class LowObstacleFinder {
   template <class ForRanges>
   std::span<const LowCell> find(View<const float> obstacle, View<const float> road, const LowModel& model,
                                 std::span<const float> noise_px, const ForRanges& for_ranges) {
-    model_ = model;
+    model_ = &model;
     const int first_row{model.first_row};
     for_ranges(samples_.height() - first_row, [&](int begin, int end) {
       for (int v{first_row + begin}; v < first_row + end; ++v)
@@ -94,8 +94,8 @@ class LowObstacleFinder {
   void mark_beside_tall(int ix, int iy);
   void check();
 
-  LowModel model_{{}, {}, 1, 0, 0, 0};
-  Range columns_{0, 0};  // box of the window that has samples
+  const LowModel* model_{nullptr};  // during find()
+  Range columns_{0, 0};             // box of the window that has samples
   Range rows_{0, 0};
   Image<Sample> samples_;             // by row of the image
   std::vector<RowRead> read_;         // by row of the image

@@ -262,13 +262,6 @@ TEST(samples_are_read_for_terrain_only) {
     Runner runner{std::move(stages), config, small_rig()};
     runner.run(street.frame(0), 0);
     CHECK_EQUAL(gpu.find_medians({}).empty(), model == GroundModel::plane);
-    if (model == GroundModel::terrain) {
-      const MatchImages images{gpu.read_images()};
-      const StageImages& expected{runner.result.stages};
-      const auto size = static_cast<std::ptrdiff_t>(expected.road_disparity.size());
-      CHECK(std::equal(images.obstacle.data, images.obstacle.data + size, expected.obstacle_disparity.data()));
-      CHECK(std::equal(images.road.data, images.road.data + size, expected.road_disparity.data()));
-    }
     check_drive(config);
   }
 }

@@ -87,8 +87,8 @@ TEST(low_obstacles_are_those_of_the_cpu) {
     const TerrainLimits limits{static_cast<float>(step_m), 0.35f, static_cast<float>(random.between(0.5, 3)),
                                static_cast<float>(2 * step_m), 0.1f};
     LowModel model{rig, limits, cell_m, window_cells, 9, disparities};
-    LowObstacleFinder finder{width, height, window_cells};
-    LowObstaclesOnDevice on_gpu{width, height, window_cells, disparities};
+    LowObstacleFinder finder{rig, window_cells};
+    LowObstaclesOnDevice on_gpu{rig, window_cells, disparities};
     Cuda cuda;
     for (int frame{0}; frame < 3; ++frame) {  // none must see the one before; the second has blank images
       const Surfaces view{frame == 1 ? Surfaces{{width, height}, {width, height}} : stony_plane(rig, ground, random)};

@@ -78,9 +78,7 @@ FrameLayout::FrameLayout(const Rig& rig)
       given_end{left + pixels_of(rig) * sizeof(float)},
       lattice{next_part(sizeof(FrameFromDevice))},
       medians{next_part(lattice + static_cast<std::size_t>(lattice_size(rig)) * sizeof(float))},
-      obstacle{next_part(medians + TerrainOnDevice::medians_of(rig) * sizeof(float))},
-      road{next_part(obstacle + pixels_of(rig) * sizeof(float))},
-      images_read_end{road + pixels_of(rig) * sizeof(float)} {}
+      answer_end{medians + TerrainOnDevice::medians_of(rig) * sizeof(float)} {}
 
 GridSizes::GridSizes(const GridGeometry& vehicle_grid, bool filters)
     : vehicle{vehicle_grid},
@@ -111,7 +109,7 @@ void PackedGrids::copy_from(const FrameResult& result, float* packed) const {
 HostMemory::HostMemory(const Rig& rig, const GridSizes& sizes, std::size_t relief_size)
     : layout{rig},
       input{std::max(layout.images_end, layout.given_end)},
-      output{layout.images_read_end},
+      output{layout.answer_end},
       set{1},
       grids{PackedGrids{sizes}.size},
       observed{size_of(sizes.vehicle)},
@@ -128,7 +126,7 @@ DeviceMemory::DeviceMemory(Cuda& cuda, const Config& config, const Rig& rig, con
                            const FilterTables& tables)
     : layout{rig},
       input{std::max(layout.images_end, layout.given_end)},
-      output{layout.images_read_end},
+      output{layout.answer_end},
       set{1},
       grids{PackedGrids{sizes}.size},
       left{rig.width_px, rig.height_px, at<std::uint8_t>(input, layout.left)},
@@ -137,7 +135,7 @@ DeviceMemory::DeviceMemory(Cuda& cuda, const Config& config, const Rig& rig, con
       lattice{lattice_of(rig).across, lattice_of(rig).down, at<float>(output, layout.lattice)},
       aligned{rig.width_px, rig.height_px},
       masked{rig.width_px, rig.height_px},
-      matches{rig.width_px, rig.height_px, at<float>(output, layout.obstacle), at<float>(output, layout.road)},
+      matches{rig.width_px, rig.height_px},
       terrain{cuda, rig, config.matching.window_px, config.ground.model == GroundModel::terrain,
               at<float>(output, layout.medians)},
       matching{rig.width_px, rig.height_px, config.matching},
@@ -167,12 +165,7 @@ void DeviceMemory::fetch_answer(Cuda& cuda, HostMemory& host) {
   launch(cuda, count_matched, count_blocks, threads, 0, matches.obstacle.data(), matches.road.data(),
          static_cast<int>(matches.road.size()), answer()->matched);
   gather_lattice(cuda, matches.obstacle.view(), matches.road.view(), lattice.view());
-  download(cuda, output.data(), terrain.medians.size() > 0 ? layout.obstacle : layout.medians, host.output.data());
-}
-
-void DeviceMemory::fetch_images(Cuda& cuda, HostMemory& host) {
-  download(cuda, output.data() + layout.obstacle, layout.images_read_end - layout.obstacle,
-           host.output.data() + layout.obstacle);
+  download(cuda, output.data(), terrain.medians.size() > 0 ? layout.answer_end : layout.medians, host.output.data());
 }
 
 void DeviceMemory::observe_nothing(Cuda& cuda) {

@@ -61,11 +61,9 @@ struct FrameLayout {
   std::size_t images_end;
   std::size_t given_end;
   // FrameFromDevice, and behind it the matches read by the host
-  std::size_t lattice;   ///< see gather_lattice
-  std::size_t medians;   ///< for terrain, likewise
-  std::size_t obstacle;  ///< disparities of obstacles: in a download of their own
-  std::size_t road;      ///< and of the road
-  std::size_t images_read_end;
+  std::size_t lattice;  ///< see gather_lattice
+  std::size_t medians;  ///< for terrain, likewise
+  std::size_t answer_end;
 };
 
 /// Sizes of the grids; without a filter the filtered ones are empty.
@@ -109,8 +107,6 @@ struct HostMemory {
   [[nodiscard]] FrameFromDevice& answer() { return *at<FrameFromDevice>(output, 0); }
   [[nodiscard]] const float* lattice() { return at<float>(output, layout.lattice); }
   [[nodiscard]] const float* medians() { return at<float>(output, layout.medians); }
-  [[nodiscard]] const float* obstacle() { return at<float>(output, layout.obstacle); }
-  [[nodiscard]] const float* road() { return at<float>(output, layout.road); }
 
   FrameLayout layout;
   PinnedBuffer<std::byte> input;
@@ -137,8 +133,6 @@ struct DeviceMemory {
   void upload_frame(Cuda& cuda, const HostMemory& host, bool is_external);
   /// Counts the matches, and downloads the results that the host waits for.
   void fetch_answer(Cuda& cuda, HostMemory& host);
-  /// Downloads all disparities.
-  void fetch_images(Cuda& cuda, HostMemory& host);
   /// Both observed grids are unknown.
   void observe_nothing(Cuda& cuda);
   void fetch_grids(Cuda& cuda, HostMemory& host);
@@ -180,8 +174,8 @@ class StreamTimes {
     uploaded,
     matched,
     answered,
-    brought,
     searched,
+    raised,
     resumed,
     counted,
     projected,

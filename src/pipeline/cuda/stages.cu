@@ -32,6 +32,7 @@ CudaStages::CudaStages(const Config& config, const Rig& level_rig, int device, c
       device_{cuda_, config, rig_, sizes_, filter_tables_},
       host_{rig_, sizes_, device_.rays.relief.size()},
       columns_{cuda_, rig_, config.u_disparity, config.matching.disparities},
+      low_obstacles_{has_terrain() ? rig_ : Rig{}, has_terrain() ? sizes_.window : 0, config.matching.disparities},
       matches_{rig_.width_px, rig_.height_px} {
   set_memory_use({sizeof *this + held_.pinned + memory_bytes_of(filter_tables_, matches_), held_.device});
   load_mask();
@@ -51,6 +52,7 @@ void CudaStages::load_kernels() {
   }
   split_surfaces();
   stereogrid::find_trenches(cuda_, {}, device_.terrain);
+  find_low_obstacles();
   for (const bool is_usable : {false, true}) enqueue_observation(is_usable);
   if (!options_.filters) return;
   stereogrid::fuse_cameras(cuda_, {}, device_.observed.view());
@@ -138,9 +140,6 @@ void CudaStages::match(const LevelFrame& frame, const FrameGrids& grids, const R
   perform(match_graphs_[is_external_ ? 1 : 0], [this] { enqueue_match(); });
   times_.mark(cuda_, StreamTimes::answered);
   is_lattice_taken_ = false;
-  if (!has_terrain()) return;
-  device_.fetch_images(cuda_, host_);
-  times_.mark(cuda_, StreamTimes::brought);
 }
 
 const Matches& CudaStages::read() {
@@ -168,14 +167,17 @@ void CudaStages::find_trenches(TrenchFilter& trenches) {
   trenches.set({device_.terrain.found.data(), device_.terrain.found.size()});
 }
 
-// Brought while the host searches the ground.
-MatchImages CudaStages::read_images() {
+void CudaStages::begin_low_obstacles(const LowModel& model, std::span<const float> noise_px) {
   cuda_.use();
-  times_.wait_for(StreamTimes::brought);
-  const auto image = [this](const float* pinned) {
-    return View<const float>{pinned, rig_.width_px, rig_.height_px, rig_.width_px};
-  };
-  return {image(host_.obstacle()), image(host_.road())};
+  low_obstacles_.put(model, noise_px);
+  perform(low_obstacles_graph_, [this] { find_low_obstacles(); });
+  times_.mark(cuda_, StreamTimes::raised);
+}
+
+std::span<const LowCell> CudaStages::low_obstacles() {
+  cuda_.use();
+  times_.wait_for(StreamTimes::raised);
+  return low_obstacles_.found();
 }
 
 void CudaStages::put_ground(const Ground& ground) {
@@ -278,6 +280,11 @@ void CudaStages::enqueue_match() {
                              std::as_const(device_.matches.road).view(), device_.terrain);
   }
   device_.fetch_answer(cuda_, host_);
+}
+
+void CudaStages::find_low_obstacles() {
+  low_obstacles_.find(cuda_, std::as_const(device_.matches.obstacle).view(),
+                      std::as_const(device_.matches.road).view());
 }
 
 void CudaStages::split_given(const Ground* ground) {

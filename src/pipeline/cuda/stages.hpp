@@ -25,7 +25,8 @@ class CudaStages final : public Stages {
   const Matches& read() override;
   View<const float> find_medians(const SampledGround& ground) override;
   void find_trenches(TrenchFilter& trenches) override;
-  MatchImages read_images() override;
+  void begin_low_obstacles(const LowModel& model, std::span<const float> noise_px) override;
+  std::span<const LowCell> low_obstacles() override;
   void observe(const FrameGrids& grids, const Evidence& evidence, FrameResult& result) override;
   void fuse_cameras(std::span<const CameraGrids> cameras, FrameResult& result) override;
   std::span<const ColumnNode> find_nodes(const Ground& ground, const Relief<Host>& relief) override;
@@ -59,6 +60,7 @@ class CudaStages final : public Stages {
   template <class Work>
   void perform(Graph& graph, const Work& work);
   void enqueue_match();
+  void find_low_obstacles();
   void split_given(const Ground* ground);
   void split_surfaces();
   void enqueue_observation(bool is_usable);
@@ -82,6 +84,7 @@ class CudaStages final : public Stages {
   DeviceMemory device_;
   HostMemory host_;
   ColumnsOnDevice columns_;
+  LowObstaclesOnDevice low_obstacles_;
   Matches matches_;                                             ///< see read()
   CudaBytes held_{cuda_bytes_allocated() - allocated_before_};  // by the members so far
 
@@ -97,7 +100,8 @@ class CudaStages final : public Stages {
   GridGeometry window_before_;  ///< window of the last completed frame
   int now_{0};                  ///< device_.states[now_] is written in this frame
 
-  std::array<Graph, 2> match_graphs_;                  ///< [is_external_]
+  std::array<Graph, 2> match_graphs_;  ///< [is_external_]
+  Graph low_obstacles_graph_;
   std::array<Graph, 2> observe_graphs_;                ///< [is_usable]
   std::array<std::array<Graph, 2>, 2> filter_graphs_;  ///< [with other grids][now_]
 };

@@ -4,6 +4,7 @@
 #include "filter/filter.hpp"
 #include "support.hpp"
 #include "terrain/frame_terrain.hpp"
+#include "terrain/low_obstacles.hpp"
 #include "terrain/rules.hpp"
 #include "terrain_walk.hpp"
 
@@ -117,7 +118,9 @@ struct FrameOf {
     const Image<float> medians{medians_of(disparity, terrain.sampled().first_row)};
     terrain.place(medians.view(), in_order);
     terrain.trenches().find_all(in_order);
-    terrain.find({disparity.view(), none.view()}, in_order, result);
+    terrain.find(in_order);
+    const LowModel& model{terrain.begin_low_obstacles()};
+    terrain.write(low.find(disparity.view(), none.view(), model, terrain.noise_px(), in_order), in_order, result);
   }
   /// Highest filtered occupancy at x in front of the vehicle, if the filter has only seen free cells.
   float filtered_at(double x, bool is_usable = true, const std::function<bool(Point2)>& claims_free = {}) {
@@ -152,6 +155,7 @@ struct FrameOf {
 
   Vehicle vehicle{car()};
   Window window{vehicle.grid};
+  LowObstacleFinder low{vehicle.rig, window.cells()};
   FrameTerrain terrain{vehicle.rig, config(), vehicle.grid, window.cells()};
   Pose2 pose{};
   FrameResult result;
