@@ -28,10 +28,8 @@ Config config_around() {
 
 /// A frame pipeline of several cameras, and its last result.
 struct RunnerAround {
-  RunnerAround(const std::vector<Rig>& all_rigs, bool is_on_gpu)
-      : rigs{all_rigs},
-        frames{config_around(), cpu, setups(is_on_gpu)},
-        result{empty_result(config_around(), rigs[0])} {
+  RunnerAround(const std::vector<Rig>& all_rigs, bool is_on_gpu, const Config& of_all = config_around())
+      : config{of_all}, rigs{all_rigs}, frames{config, cpu, setups(is_on_gpu)}, result{empty_result(config, rigs[0])} {
     result.cameras.assign(rigs.size(), result);
   }
 
@@ -39,9 +37,9 @@ struct RunnerAround {
     std::vector<CameraSetup> all;
     for (const Rig& rig : rigs) {
       const StagesOptions options{.filters = all.empty()};
-      all.push_back({config_around(), rig,
-                     is_on_gpu ? std::make_unique<CudaStages>(config_around(), rig, 0, options)
-                               : reference_stages(config_around(), rig, cpu, options)});
+      all.push_back({config, rig,
+                     is_on_gpu ? std::make_unique<CudaStages>(config, rig, 0, options)
+                               : reference_stages(config, rig, cpu, options)});
     }
     return all;
   }
@@ -51,10 +49,11 @@ struct RunnerAround {
     std::vector<LevelFrame> level;
     std::vector<CameraView> views;
     for (std::size_t i{0}; i < rigs.size(); ++i) {
-      begin_camera(config_around(), result.cameras[i]);
+      begin_camera(config, result.cameras[i]);
       if (seen[i].left.empty()) continue;
       const Pose2 place{composed(world_from_vehicle, camera_place(rigs[i]))};
-      level.push_back({seen[i].left.view(), seen[i].right.view(), {}, place, dt_s, static_cast<int>(i)});
+      level.push_back(
+          {seen[i].left.view(), seen[i].right.view(), seen[i].disparity.view(), place, dt_s, static_cast<int>(i)});
       views.push_back({place, 0.65, 0.65, 4, 50});
     }
     result.status.clear();
@@ -63,6 +62,7 @@ struct RunnerAround {
   }
 
   Cpu cpu{1};
+  Config config;
   std::vector<Rig> rigs;
   FramePipeline frames;
   FrameResult result;
@@ -76,6 +76,7 @@ void compare_cameras(const FrameResult& gpu, const FrameResult& law) {
     compare(gpu.cameras[i].stages, law.cameras[i].stages);
     compare(gpu.cameras[i].ground, law.cameras[i].ground);
     CHECK_EQUAL(differences(gpu.cameras[i].observed, law.cameras[i].observed), 0);
+    CHECK_EQUAL(differences(gpu.cameras[i].terrain, law.cameras[i].terrain), 0);
     CHECK_EQUAL(gpu.cameras[i].road_density, law.cameras[i].road_density);
     CHECK(gpu.cameras[i].status == law.cameras[i].status);
   }
@@ -263,6 +264,80 @@ TEST(samples_are_read_for_terrain_only) {
     runner.run(street.frame(0), 0);
     CHECK_EQUAL(gpu.find_medians({}).empty(), model == GroundModel::plane);
     check_drive(config);
+  }
+}
+
+// Disparities of stones on the ground before the camera.
+Image<float> stones(Random& random) {
+  constexpr double half_m{0.25};
+  constexpr double height_m{0.2};
+  const Rig rig{small_rig()};
+  Image<float> disparity{rig.width_px, rig.height_px};
+  for (int v{static_cast<int>(rig.cy_px) + 5}; v < rig.height_px; ++v) {
+    for (int u{0}; u < rig.width_px; ++u) {
+      const double down{(v - rig.cy_px) / rig.focal_px};
+      const double left{(rig.cx_px - u) / rig.focal_px};
+      double x_m{rig.camera_height_m / down};
+      for (const Point2 stone : {Point2{6, -1}, Point2{5, 1}, Point2{4.5, -0.8}, Point2{4, 0.5}}) {
+        const double up_m{rig.camera_height_m - down * stone.x};
+        if (std::abs(left * stone.x - stone.y) < half_m && up_m >= 0 && up_m < height_m) x_m = stone.x;
+      }
+      disparity(u, v) = static_cast<float>(rig.focal_px * rig.baseline_m / x_m + random.between(-0.1, 0.1));
+    }
+  }
+  return disparity;
+}
+
+int obstacle_cells(const FrameResult& result) {
+  return static_cast<int>(std::ranges::count(result.terrain, TerrainClass::obstacle));
+}
+
+StereoFrame stony_frame(int index, Random& random) {
+  StereoFrame frame{Street{small_rig()}.frame(index)};
+  frame.right = {};
+  frame.disparity = stones(random);
+  return frame;
+}
+
+Config stony_config(double cell_m) {
+  Config config{config_around()};
+  config.grid.cell_size_m = cell_m;
+  config.matching.disparities = 24;
+  return config;
+}
+
+// Frames without matches, and a rejected one.
+TEST(low_obstacles_equal_the_reference) {
+  for (const double cell_m : {0.25, 0.2}) {
+    Pair pair{stony_config(cell_m), small_rig()};
+    Random random{8};
+    for (int index{0}; index < 7; ++index) {
+      StereoFrame frame{stony_frame(index, random)};
+      if (index == 2) frame.disparity.fill(0);
+      if (index == 4) {
+        frame.disparity = {};
+        frame.right = frame.left;
+      }
+      pair.run(frame);
+      CHECK_EQUAL(pair.law.result.status.empty(), index != 4);
+      CHECK_EQUAL(obstacle_cells(pair.law.result) > 5, index != 2 && index != 4);
+    }
+  }
+}
+
+TEST(low_obstacles_of_two_cameras_equal_the_reference) {
+  const std::vector<Rig> rigs{rigs_around(2)};
+  RunnerAround gpu{rigs, true, stony_config(0.25)};
+  RunnerAround law{rigs, false, stony_config(0.25)};
+  Random random{9};
+  for (int index{0}; index < 5; ++index) {
+    std::vector<StereoFrame> seen{stony_frame(index, random), stony_frame(index, random)};
+    if (index == 2) seen[1].left = {};
+    if (index == 3) seen[0].left = {};
+    for (RunnerAround* runner : {&gpu, &law}) runner->run(seen, {0.1 * index, 0, 0}, index == 0 ? 0 : 0.1);
+    compare_cameras(gpu.result, law.result);
+    CHECK_EQUAL(obstacle_cells(law.result.cameras[0]) > 5, index != 3);
+    CHECK_EQUAL(obstacle_cells(law.result.cameras[1]) > 5, index != 2);
   }
 }
 

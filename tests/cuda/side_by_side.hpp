@@ -102,6 +102,8 @@ inline void compare_grids(const FrameResult& gpu, const FrameResult& law) {
   CHECK_EQUAL(differences(gpu.vehicle.velocity_y, law.vehicle.velocity_y), 0);
   CHECK_EQUAL(differences(gpu.vehicle.moving, law.vehicle.moving), 0);
   CHECK_EQUAL(differences(gpu.vehicle.age_s, law.vehicle.age_s), 0);
+  CHECK_EQUAL(differences(gpu.terrain, law.terrain), 0);
+  CHECK_EQUAL(differences(gpu.world_terrain, law.world_terrain), 0);
   CHECK_EQUAL(gpu.obstacles.size(), law.obstacles.size());
   for (std::size_t i{0}; i < gpu.obstacles.size() && i < law.obstacles.size(); ++i) {
     CHECK_EQUAL(gpu.obstacles[i].id, law.obstacles[i].id);
