@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -55,6 +56,11 @@ struct PipelineOptions {
   /// Use the pose frame as the world frame, such as ROS's odom; `start` is ignored. At pose jumps the vehicle does not
   /// jump.
   bool in_world_of_poses{false};
+  /// Called by process() in its thread, once a frame, when the grids are final and before obstacles are tracked:
+  /// `obstacles` is empty, `timing_ms` incomplete, and FrameStatus::too_close and warnings without a status may follow.
+  /// A frame that is computed again, with estimated extrinsics or after the loss of a GPU, has it at the end. Counts in
+  /// StageTimes::total. Must not throw, nor call the pipeline.
+  std::function<void(const FrameResult&)> on_grids{};
 };
 
 /// Memory of a pipeline, bytes.
@@ -138,9 +144,9 @@ class STEREOGRID_EXPORT Pipeline {
   /// ConfigError unless back_end() is cuda. DeviceError does not make `automatic` continue on the CPU during the copy.
   void process_from_device(const StereoFrame& frame, const DeviceImages& images, FrameResult& into);
   /// Copies the grids of a result of this pipeline to its GPU, as the host completes them. The memory belongs to the
-  /// pipeline and is valid until its next call. Throws ConfigError unless back_end() is cuda, InputError for a result
-  /// with grids of other sizes.
-  [[nodiscard]] DeviceGrids device_grids(const FrameResult& result);
+  /// pipeline and is valid until its next call. `waits`: for the copy, which makes a wait for its event unnecessary.
+  /// Throws ConfigError unless back_end() is cuda, InputError for a result with grids of other sizes.
+  [[nodiscard]] DeviceGrids device_grids(const FrameResult& result, bool waits = false);
 
   /// Resets the state: the next frame counts as a first one, whatever its stamp. Filter, tracks, features, ground and
   /// row offsets restart as at construction; estimated extrinsics are kept. The world frame continues: ids are not

@@ -69,7 +69,8 @@ FramePipeline::FramePipeline(const Config& config, Cpu& cpu, std::vector<CameraS
   clusters_.reserve(cameras_.size() * at(0).clusters().capacity());
 }
 
-std::span<const NewExtrinsics> FramePipeline::process(const FrameSet& frame, FrameResult& result) {
+std::span<const NewExtrinsics> FramePipeline::process(const FrameSet& frame, FrameResult& result,
+                                                      const GridsHandler& on_grids) {
   if (frame.restarts) reset();
   const FrameGrids grids{grids_of(frame, frame.world_from_vehicle)};
   look(frame, result);
@@ -90,6 +91,9 @@ std::span<const NewExtrinsics> FramePipeline::process(const FrameSet& frame, Fra
     if (now.settled.new_extrinsics) new_extrinsics_.push_back({now.frame.camera, *now.settled.new_extrinsics});
   }
   is_first_ = false;
+  result.obstacles.clear();
+  if (!has_one_camera()) report_cameras(result);
+  if (on_grids) on_grids(new_extrinsics_);
   cpu_.together([&] { update_tracks(frame, result); },
                 [&] { for_cameras([](CameraPipeline& camera, CameraFrame& now) { camera.add_features(now); }); });
   result.timing_ms.flow += std::exchange(filter_flow_ms_, 0);
@@ -98,7 +102,6 @@ std::span<const NewExtrinsics> FramePipeline::process(const FrameSet& frame, Fra
     result.timing_ms.flow += now.times.flow;
     result.timing_ms.track += now.times.track;
   }
-  if (!has_one_camera()) report_cameras(result);
   return new_extrinsics_;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -19,6 +20,8 @@ struct NewExtrinsics {
   Ground ground;  ///< relative to the level rig
 };
 
+using GridsHandler = std::function<void(std::span<const NewExtrinsics>)>;
+
 /// A frame through all stages, on any back end: each camera's own ones, then one window, filter and list of tracks.
 /// State between frames is in the cameras' states, the tracker and the filter's state. A stage of process() reads
 /// only what an earlier one has returned.
@@ -32,14 +35,15 @@ class FramePipeline {
 
   /// Processes one frame. `result` keeps status and warnings that it has, as do those of several cameras. Returns
   /// extrinsics that replace those of rigs: this frame needs a pipeline for rigs with them. Valid until the next call.
-  std::span<const NewExtrinsics> process(const FrameSet& frame, FrameResult& result);
+  /// `on_grids` is called with them when only obstacles and times are missing in `result`.
+  std::span<const NewExtrinsics> process(const FrameSet& frame, FrameResult& result, const GridsHandler& on_grids = {});
   /// Makes the next frame a first one. Ids of obstacles continue.
   void reset();
   /// Replaces the pixels without disparities.
   void set_mask(int camera, PixelMask mask) { at(camera).stages().set_mask(std::move(mask)); }
   /// See Stages.
   void fetch(int camera, const DeviceImages& images, StereoFrame& into) { at(camera).stages().fetch(images, into); }
-  [[nodiscard]] DeviceGrids send(const FrameResult& result) { return at(0).stages().send(result); }
+  [[nodiscard]] DeviceGrids send(const FrameResult& result, bool waits) { return at(0).stages().send(result, waits); }
   /// Continues the ids of obstacles of `before`, and what it has found of the vehicle itself.
   void continue_from(const FramePipeline& before);
 

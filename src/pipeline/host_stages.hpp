@@ -148,7 +148,7 @@ class HostStages final : public Stages {
   }
 
   void fetch(const DeviceImages&, StereoFrame&) override { throw_without_device(); }
-  DeviceGrids send(const FrameResult&) override { throw_without_device(); }
+  DeviceGrids send(const FrameResult&, bool) override { throw_without_device(); }
 
   void exchange(StateArchive archive) override {
     std::visit([this](auto* state) { (*state)(space_.filtered); }, archive);

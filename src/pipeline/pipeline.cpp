@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <functional>
 #include <iterator>
 #include <optional>
 #include <stdexcept>
@@ -140,6 +141,7 @@ struct Pipeline::Implementation {
     input.check(frames_in);
     if (is_unfinished) reset();
     const FrameInput::Moment before{input.moment()};
+    is_repeated = false;
     Stopwatch watch;
     try {
       const std::span<const NewExtrinsics> found{process_anywhere(into, before)};
@@ -155,6 +157,7 @@ struct Pipeline::Implementation {
     }
     is_unfinished = false;
     if (!std::exchange(has_checked_views, true)) check_views(into);
+    if (options.on_grids && is_repeated) options.on_grids(into);
     into.timing_ms.total = watch.lap();
   }
 
@@ -180,6 +183,7 @@ struct Pipeline::Implementation {
       why_not_cuda = error.what();
     }
     input.rewind(before);
+    is_repeated = true;
     options.back_end = BackEnd::cpu;
     set_rigs(rigs(), has_estimate);
     const std::span<const NewExtrinsics> found{process_on_rigs(into)};
@@ -222,17 +226,20 @@ struct Pipeline::Implementation {
     if (cameras() > 1) std::swap(into.stages, into.cameras.front().stages);
   }
 
-  // Returns extrinsics that replace those of rigs.
+  // Returns extrinsics that replace those of rigs: the frame has to be computed again.
   std::span<const NewExtrinsics> process_on_rigs(FrameResult& into) {
     begin(into);
     const FrameSet& converted{input.convert(frames_in, cpu, into)};
     for (const CameraImages& one : frames_in) set_mask(one.frame);
     is_unfinished = true;
-    const std::span<const NewExtrinsics> found{frames->process(converted, into)};
-    end(into);
-    into.world_from_vehicle = converted.world_from_vehicle;
-    window = into.world.geometry;
-    return found;
+    const auto on_grids = [&](std::span<const NewExtrinsics> found) {
+      end(into);
+      into.world_from_vehicle = converted.world_from_vehicle;
+      window = into.world.geometry;
+      is_repeated |= !found.empty();
+      if (options.on_grids && !is_repeated) options.on_grids(into);
+    };
+    return frames->process(converted, into, std::cref(on_grids));  // a reference: without an allocation
   }
 
   // Pixels to ignore are masked in one frame, beside those of the vehicle itself.
@@ -347,6 +354,7 @@ struct Pipeline::Implementation {
   GridGeometry window;                         // window of the last frame
   std::vector<std::uint8_t> is_mask_of_frame;  // by camera: the mask has pixels that its last frame ignores
   bool has_checked_views{false};
+  bool is_repeated{false};    // the frame in work is computed again
   bool is_unfinished{false};  // the stages have begun a frame that has thrown: the next one starts anew
   std::atomic_flag in_use;
 };
@@ -389,10 +397,10 @@ void Pipeline::process_from_device(const StereoFrame& frame, const DeviceImages&
   self.process(frame, images, into);
 }
 
-DeviceGrids Pipeline::device_grids(const FrameResult& result) {
+DeviceGrids Pipeline::device_grids(const FrameResult& result, bool waits) {
   Implementation& self{implementation()};
   const Exclusive use{self.in_use};
-  return self.frames->send(result);
+  return self.frames->send(result, waits);
 }
 
 void Pipeline::reset() {

@@ -174,8 +174,9 @@ class Stages {
   virtual void publish_matches(FrameResult& result) = 0;
   /// Between frames: copies images from the device's memory to `into`. Throws ConfigError: there is no device.
   virtual void fetch(const DeviceImages& images, StereoFrame& into) = 0;
-  /// Between frames: copies a result's grids to the device's memory. Throws ConfigError: there is no device.
-  virtual DeviceGrids send(const FrameResult& result) = 0;
+  /// Between frames: copies a result's grids to the device's memory, and `waits` for it. Throws ConfigError: there is
+  /// no device.
+  virtual DeviceGrids send(const FrameResult& result, bool waits) = 0;
   /// State of the filter between two frames.
   virtual void exchange(StateArchive archive) = 0;
 

@@ -402,13 +402,14 @@ void CudaStages::fetch(const DeviceImages& images, StereoFrame& into) {
 }
 
 // Host stages change the grids after the filter: what the device has is not the result.
-DeviceGrids CudaStages::send(const FrameResult& result) {
+DeviceGrids CudaStages::send(const FrameResult& result, bool waits) {
   cuda_.use();
   if (is_at_work_) synchronize();
   PackedGrids{sizes_}.copy_from(result, host_.grids.data());
   is_at_work_ = true;
   upload(cuda_, host_.grids.data(), host_.grids.size(), device_.grids.data());
   times_.mark(cuda_, StreamTimes::exchanged);
+  if (waits) synchronize();
   return {device_.observed.data(), device_.vehicle.occupancy.data(), device_.world.occupancy.data(),
           reinterpret_cast<std::uintptr_t>(times_.event(StreamTimes::exchanged))};
 }

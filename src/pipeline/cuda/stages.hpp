@@ -34,7 +34,7 @@ class CudaStages final : public Stages {
   void publish(const FrameGrids& grids, FrameResult& result) override;
   void publish_matches(FrameResult& result) override;
   void fetch(const DeviceImages& images, StereoFrame& into) override;
-  DeviceGrids send(const FrameResult& result) override;
+  DeviceGrids send(const FrameResult& result, bool waits) override;
   void exchange(StateArchive archive) override;
   /// Matching is recorded again where other rows are masked.
   void set_mask(PixelMask mask) override;

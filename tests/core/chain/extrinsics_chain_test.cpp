@@ -27,11 +27,12 @@ Rig usual_extrinsics(Rig rig) {
 }
 
 struct WrongRig {
-  explicit WrongRig(const char* scene_text = pitched_bank, BackEnd back_end = BackEnd::cpu)
+  explicit WrongRig(const char* scene_text = pitched_bank, BackEnd back_end = BackEnd::cpu,
+                    std::function<void(const FrameResult&)> on_grids = {})
       : scene{scenes::parse_scene(scene_text), 2},
         pipeline{small_grid(),
                  usual_extrinsics(scene.rig()),
-                 {.back_end = back_end, .threads = 2, .extrinsics_given = false}} {}
+                 {.back_end = back_end, .threads = 2, .extrinsics_given = false, .on_grids = std::move(on_grids)}} {}
 
   const FrameResult& step(std::size_t index) { return pipeline.process(scene.load(index)); }
 
@@ -58,6 +59,21 @@ TEST(ExtrinsicsChain, IsFoundInOneFrameAndKept) {
     EXPECT_NEAR(drive.pipeline.next_rig().camera_roll_rad / degree, 0, 0.3);
     EXPECT_EQ(LevelMapping{drive.pipeline.next_rig()}.level_rig().camera_pitch_rad, 0);
   }
+}
+
+// Grids by the assumed extrinsics are not the frame's.
+TEST(ExtrinsicsChain, GridsAreReportedOnceAFrame) {
+  std::vector<FrameResult> reported;
+  WrongRig drive{pitched_bank, BackEnd::cpu, [&reported](const FrameResult& result) { reported.push_back(result); }};
+  for (std::size_t frame{0}; frame < 3; ++frame) {
+    const FrameResult& result{drive.step(frame)};
+    ASSERT_EQ(reported.size(), frame + 1);
+    EXPECT_EQ(reported.back().rig, result.rig);
+    EXPECT_EQ(reported.back().observed, result.observed);
+    EXPECT_EQ(reported.back().vehicle.occupancy, result.vehicle.occupancy);
+    EXPECT_EQ(reported.back().obstacles.size(), frame == 0 ? result.obstacles.size() : 0) << "computed again";
+  }
+  EXPECT_NEAR(reported.front().rig.camera_height_m, 1.0, 0.02);
 }
 
 /// Exact disparities of level ground 1.65 m below the camera.

@@ -350,6 +350,31 @@ TEST(SeveralCameras, PointsAreThoseOfAllOfThem) {
   }
 }
 
+TEST(SeveralCameras, ReportTheirGridsBeforeTheObstacles) {
+  const Scene scene{scenes::parse_scene("around?cameras=2&width=256&height=160&focal=128&frames=3"), 2};
+  std::vector<FrameResult> early;
+  const PipelineOptions options{.threads = 2,
+                                .on_grids = [&early](const FrameResult& grids) { early.push_back(grids); }};
+  Pipeline pipeline{grid_around(), scene.rigs(), options};
+  for (std::size_t i{0}; i < 3; ++i) {
+    StereoFrame frame{scene.load(i)};
+    if (i == 1) frame.others.front().right.fill(7);  // nothing matches
+    if (i == 2) frame.others.clear();
+    const FrameResult& result{pipeline.process(frame)};
+    ASSERT_EQ(early.size(), i + 1);
+    EXPECT_EQ(early.back().vehicle.occupancy, result.vehicle.occupancy);
+    EXPECT_EQ(early.back().status, result.status);
+    EXPECT_EQ(early.back().warnings, result.warnings);
+    EXPECT_EQ(early.back().stages.obstacle_disparity, result.stages.obstacle_disparity);
+    for (std::size_t camera{0}; camera < 2; ++camera) {
+      EXPECT_EQ(early.back().cameras[camera].observed, result.cameras[camera].observed);
+      EXPECT_EQ(early.back().cameras[camera].status, result.cameras[camera].status);
+      EXPECT_EQ(early.back().cameras[camera].stages.road_disparity, result.cameras[camera].stages.road_disparity);
+    }
+    EXPECT_EQ(result.cameras[1].status.empty(), i != 1) << "the case is none";
+  }
+}
+
 // Each camera finds its own extrinsics.
 TEST(SeveralCameras, ExtrinsicsAreFoundPerCamera) {
   const Scene scene{scenes::parse_scene("around?cameras=2&width=256&height=160&focal=128&frames=8"), 2};

@@ -170,17 +170,20 @@ TEST_P(Allocation, NoneOnceThePipelineRuns) {
   one.change(recording);
   Config config{preset(one.preset)};
   for (const auto& [key, value] : one.settings) set(config, key, value);
+  std::size_t reported{0};
   Pipeline pipeline{config,
                     recording.rig,
                     {.threads = one.threads,
                      .stages = one.fetches_stages,
                      .horizons_s = one.horizons_s,
-                     .mask = mask_of(recording.rig, one.masked_rows)}};
+                     .mask = mask_of(recording.rig, one.masked_rows),
+                     .on_grids = [&reported](const FrameResult&) { ++reported; }}};
   Found found;
   for (const StereoFrame& frame : recording.frames) found.add_frame(pipeline, frame, one.has_own_results);
   RecordProperty("allocations", found.count);
   RecordProperty("bytes", std::to_string(found.bytes));
   RecordProperty("of_tbb", found.of_tbb);
+  EXPECT_EQ(reported, frames);
   EXPECT_EQ(found.count, 0) << "in " << found.counted << " frames, " << found.bytes << " bytes, by" << found.where;
   EXPECT_LE(found.of_tbb, of_tbb_max * found.counted);
   EXPECT_GT(found.counted, 10);

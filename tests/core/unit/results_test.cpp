@@ -91,6 +91,33 @@ TEST_P(CallersResult, HasNoStagesWhereNobodyWantsThem) {
   }
 }
 
+TEST_P(CallersResult, HasItsGridsBeforeItsObstacles) {
+  std::vector<FrameResult> early;
+  options_.on_grids = [&early](const FrameResult& result) { early.push_back(result); };
+  Wall wall{options_};
+  std::size_t obstacles{0};
+  for (int i{0}; i < 6; ++i) {
+    SCOPED_TRACE(i);
+    StereoFrame frame{wall.frame(i * 100'000'000)};
+    if (i == 3) frame.right.fill(7);  // nothing matches
+    ++wall.number;
+    const FrameResult& result{wall.pipeline.process(frame)};
+    ASSERT_EQ(early.size(), static_cast<std::size_t>(i) + 1);
+    FrameResult& grids{early.back()};
+    EXPECT_TRUE(grids.obstacles.empty());
+    grids.obstacles = result.obstacles;
+    expect_equal(grids, result);
+    EXPECT_EQ(grids.world_from_vehicle, result.world_from_vehicle);
+    EXPECT_EQ(grids.status, result.status);
+    obstacles += result.obstacles.size();
+  }
+  EXPECT_GT(obstacles, 0u);
+  StereoFrame refused{wall.frame(700'000'000)};
+  refused.left = {};
+  EXPECT_THROW(wall.pipeline.process(refused), InputError);
+  EXPECT_EQ(early.size(), 6u);
+}
+
 INSTANTIATE_TEST_SUITE_P(, CallersResult, ::testing::ValuesIn(back_ends()),
                          [](const auto& run) { return run.param == BackEnd::cpu ? "cpu" : "reference"; });
 

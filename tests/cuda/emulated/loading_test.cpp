@@ -169,7 +169,9 @@ TEST_F(CudaLoading, ImagesAndGridsInDeviceMemory) {
   for (const double pitch_rad : {0.0, 0.2}) {
     Rig rig{small_rig()};
     rig.camera_pitch_rad = pitch_rad;
-    Pipeline device{small_config(), rig, {.back_end = BackEnd::cuda}};
+    std::vector<FrameResult> early;
+    const auto note = [&early](const FrameResult& result) { early.push_back(result); };
+    Pipeline device{small_config(), rig, {.back_end = BackEnd::cuda, .on_grids = note}};
     Pipeline host{small_config(), rig, {.back_end = BackEnd::cuda}};
     const Street street{small_rig(), pitch_rad};
     FrameResult found;
@@ -196,11 +198,14 @@ TEST_F(CudaLoading, ImagesAndGridsInDeviceMemory) {
         expected_frame.disparity = disparity;
       }
       device.process_from_device(without, images, found);
+      ASSERT_EQ(early.size(), static_cast<std::size_t>(index) + 1);
+      EXPECT_EQ(early.back().world.occupancy, found.world.occupancy) << index;
+      EXPECT_TRUE(early.back().obstacles.empty());
       const FrameResult& expected{host.process(expected_frame)};
       EXPECT_EQ(found.observed, expected.observed) << index;
       EXPECT_EQ(found.world.occupancy, expected.world.occupancy) << index;
       EXPECT_EQ(found.obstacles.size(), expected.obstacles.size()) << index;
-      const DeviceGrids grids{device.device_grids(found)};
+      const DeviceGrids grids{device.device_grids(found, index == 1)};
       const auto expect_equal = [](const float* sent, const Image<float>& image) {
         EXPECT_TRUE(std::equal(image.begin(), image.end(), sent));
       };
@@ -245,7 +250,9 @@ TEST_F(CudaLoading, AutomaticLeavesPredictionsToTheCpu) {
 TEST_F(CudaLoading, AutomaticContinuesOnTheCpuWhereTheGpuIsLost) {
   use_library(EMULATED_LIBRARY);
   const Street street{small_rig()};
-  Pipeline pipeline{small_config(), small_rig(), {.back_end = BackEnd::automatic}};
+  std::vector<std::vector<FrameStatus>> of_grids;
+  const auto note = [&of_grids](const FrameResult& result) { of_grids.push_back(result.status); };
+  Pipeline pipeline{small_config(), small_rig(), {.back_end = BackEnd::automatic, .on_grids = note}};
   Pipeline cuda{small_config(), small_rig(), {.back_end = BackEnd::cuda}};
   Pipeline fresh{small_config(), small_rig(), {.back_end = BackEnd::cpu}};
   for (int index{0}; index < 2; ++index) {
@@ -256,6 +263,7 @@ TEST_F(CudaLoading, AutomaticContinuesOnTheCpuWhereTheGpuIsLost) {
   EXPECT_THROW(cuda.process(street.frame(2)), DeviceError) << "asked for by name";
   const FrameResult& lost{pipeline.process(street.frame(2))};
   EXPECT_EQ(lost.status, std::vector{FrameStatus::gpu_lost});
+  EXPECT_EQ(of_grids, (std::vector<std::vector<FrameStatus>>{{}, {}, lost.status}));
   EXPECT_THAT(lost.warnings.back().text, HasSubstr("no CUDA-capable device is detected"));
   EXPECT_EQ(pipeline.back_end(), BackEnd::cpu);
   EXPECT_EQ(lost.observed, fresh.process(street.frame(2)).observed);
