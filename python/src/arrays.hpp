@@ -8,9 +8,11 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "stereogrid/frame.hpp"
 #include "stereogrid/image.hpp"
+#include "stereogrid/pipeline.hpp"
 
 namespace stereogrid::python {
 
@@ -108,6 +110,25 @@ class ImageArrays {
   Array left_;
   std::optional<Array> right_;
   std::optional<Array> external_;  ///< disparity or depth
+};
+
+/// Images of a frame in a GPU's memory, by DLPack or else __cuda_array_interface__. Construction and destruction
+/// require the GIL.
+class DeviceArrays {
+ public:
+  /// Whether one of the images is in a GPU's memory.
+  [[nodiscard]] static bool has_any(const ImageArguments& arguments);
+  /// Throws TypeError, ValueError: only one of them is, or a type or shape that images do not have.
+  explicit DeviceArrays(const ImageArguments& arguments);
+
+  [[nodiscard]] const DeviceImages& images() const { return images_; }
+
+ private:
+  template <class T>
+  View<const T, Device> view_of(nb::handle object, const char* name);
+
+  DeviceImages images_;
+  std::vector<nb::ndarray<nb::ro>> owners_;  ///< owners of the images from DLPack
 };
 
 }  // namespace stereogrid::python

@@ -12,7 +12,6 @@
 #include "bindings.hpp"
 #include "geometry.hpp"
 #include "recording.hpp"
-#include "released_gil.hpp"
 #include "stereogrid/error.hpp"
 
 namespace stereogrid::python {

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "arrays.hpp"
+#include "bindings.hpp"
 #include "recording.hpp"
-#include "released_gil.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/scenes/scene.hpp"

@@ -2,7 +2,6 @@
 #include <nanobind/stl/string_view.h>
 
 #include "bindings.hpp"
-#include "released_gil.hpp"
 #include "stereogrid/pipeline.hpp"
 
 NB_MODULE(_core, module) {

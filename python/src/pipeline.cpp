@@ -13,12 +13,17 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <type_traits>
 
 #include "bindings.hpp"
-#include "released_gil.hpp"
 #include "stereogrid/error.hpp"
 
 namespace stereogrid::python {
+namespace {
+
+constexpr std::size_t grid_layers{8};  ///< layers of DeviceGrids::vehicle and world
+
+}  // namespace
 
 PyPipeline::Busy::Busy(PyPipeline& pipeline) : flag_{pipeline.busy_} {
   if (!flag_.test_and_set()) return;
@@ -70,8 +75,13 @@ void PyPipeline::warn_once(const FrameResult& result) {
   }
 }
 
-void PyPipeline::run(const Frame& frame, const FrameImages& images, Result& result) {
-  pipeline_.process(frame.data, images, result.data);
+template <class Images>
+void PyPipeline::run(const Frame& frame, const Images& images, Result& result) {
+  if constexpr (std::is_same_v<Images, DeviceImages>) {
+    pipeline_.process_from_device(frame.data, images, result.data);
+  } else {
+    pipeline_.process(frame.data, images, result.data);
+  }
   if (frame.odometry_ms) result.data.timing_ms.odometry = *frame.odometry_ms;
   if (frame.warning) result.data.warnings.push_back({*frame.warning});
   result.name = frame.data.name;
@@ -83,25 +93,85 @@ void PyPipeline::run(const Frame& frame, const FrameImages& images, Result& resu
 
 ResultObject PyPipeline::process(ArrayFrame arrays) {
   const Busy busy{*this};
-  const ImageArrays readers{arrays.images};
+  std::optional<ImageArrays> readers;
+  std::optional<DeviceArrays> on_device;
+  if (DeviceArrays::has_any(arrays.images)) {
+    on_device.emplace(arrays.images);
+  } else {
+    readers.emplace(arrays.images);
+  }
   ResultObject result{new_result()};
   auto& of_frame{nb::cast<Result&>(result)};
   {
     const ReleasedGil release;
-    const FrameImages images{readers.view(frame_.data, pipeline_.rig())};
     StereoFrame& frame{frame_.data};
     frame.stamp_ns = arrays.stamp_ns.value_or(next_stamp_ns_);
     frame.index = next_index_;
     frame.name = numbered_name(next_index_);
     frame.world_from_vehicle = arrays.pose;
     frame.other_grids = std::move(arrays.other_grids);
-    run(frame_, images, of_frame);
+    if (on_device) {
+      run(frame_, on_device->images(), of_frame);
+    } else {
+      run(frame_, readers->view(frame, pipeline_.rig()), of_frame);
+    }
   }
   warn_once(of_frame.data);
   return result;
 }
 
+PyDeviceGrids PyPipeline::device_grids(const Result& result) {
+  const DeviceGrids grids{exclusively([&result](Pipeline& pipeline) {
+    const ReleasedGil release;
+    return pipeline.device_grids(result.data, true);
+  })};
+  const auto layers = [this](const float* data, const GridGeometry& grid, std::size_t count) {
+    DeviceLayers found{data, {static_cast<std::size_t>(grid.ny), static_cast<std::size_t>(grid.nx)}, gpu_};
+    if (count > 0) found.shape.insert(found.shape.begin(), count);
+    return found;
+  };
+  return {layers(grids.observed, result.data.vehicle.geometry, 0),
+          layers(grids.vehicle, result.data.vehicle.geometry, grid_layers),
+          layers(grids.world, result.data.world.geometry, grid_layers)};
+}
+
 namespace {
+
+void bind_device_grids(nb::module_& module, nb::class_<PyPipeline>& pipeline) {
+  nb::class_<DeviceLayers> layers{
+      module, "DeviceLayers",
+      "float32 array in the memory of a pipeline's GPU, for torch.from_dlpack(), cupy.from_dlpack() and others. The "
+      "pipeline's next call overwrites it: copy it, and wait for the copy."};
+  layers.def_prop_ro("shape", [](const DeviceLayers& self) { return nb::tuple(nb::cast(self.shape)); });
+  layers.def_prop_ro("__cuda_array_interface__", [](const DeviceLayers& self) {
+    nb::dict array;
+    array["shape"] = nb::tuple(nb::cast(self.shape));
+    array["typestr"] = "<f4";
+    array["data"] = nb::make_tuple(reinterpret_cast<std::uintptr_t>(self.data), false);
+    array["strides"] = array["stream"] = nb::none();
+    array["version"] = 3;
+    return array;
+  });
+  layers.def("__dlpack_device__",
+             [](const DeviceLayers& self) { return nb::make_tuple(int{nb::device::cuda::value}, self.device); });
+  layers.def(
+      "__dlpack__",
+      [](nb::handle self, const nb::kwargs&) {
+        const auto& array{nb::cast<const DeviceLayers&>(self)};
+        return nb::cast(nb::ndarray<float, nb::device::cuda>{const_cast<float*>(array.data), array.shape.size(),
+                                                             array.shape.data(), self, nullptr, nb::dtype<float>(),
+                                                             nb::device::cuda::value, array.device});
+      },
+      nb::sig("def __dlpack__(self, **kwargs: Any) -> Any"));
+  nb::class_<PyDeviceGrids> grids{module, "DeviceGrids", "Grids of a result in the memory of a pipeline's GPU."};
+  grids.def_ro("observed", &PyDeviceGrids::observed, "(ny, nx), as FrameResult.observed.");
+  grids.def_ro("vehicle", &PyDeviceGrids::vehicle,
+               "(8, ny, nx): occupancy, velocity x and y, age, velocity covariance xx, xy and yy, moving.");
+  grids.def_ro("world", &PyDeviceGrids::world, "Likewise, in the cells of FrameResult.world.");
+  pipeline.def(
+      "device_grids", &PyPipeline::device_grids, nb::arg("result"), nb::keep_alive<0, 1>(),
+      "Copies the grids of a result of this pipeline to its GPU, and waits. Raises ConfigError: there is none.");
+}
 
 void construct(PyPipeline* self, const Config& config, const RigOrRigs& rig, const std::optional<std::string>& device,
                std::optional<int> threads, std::optional<bool> stages, const std::vector<double>& horizons_s,
@@ -206,6 +276,7 @@ void bind_pipeline(nb::module_& module) {
                "results without stages; horizons_s: of FrameResult.predictions. Raises ConfigError, DeviceError.");
   bind_process(pipeline);
   bind_state(pipeline);
+  bind_device_grids(module, pipeline);
   pipeline.def_prop_ro(
       "config", [](const PyPipeline& self) { return self.pipeline().config(); },
       "With automatic values resolved; a copy.");

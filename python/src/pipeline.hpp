@@ -53,6 +53,18 @@ using ResultObject = nanobind::typed<nanobind::object, Result>;
 /// Fields of obstacles as one-dimensional arrays, and kinds as a list; outlines and covariances are left out.
 [[nodiscard]] nanobind::dict table_of(const std::vector<Obstacle>& obstacles);
 
+/// Grid layers in the memory of a GPU.
+struct DeviceLayers {
+  const float* data;
+  std::vector<std::size_t> shape;
+  int device;  ///< as numbered by CUDA
+};
+
+/// DeviceGrids in Python.
+struct PyDeviceGrids {
+  DeviceLayers observed, vehicle, world;
+};
+
 /// Optional arguments of process() with arrays.
 struct ArrayFrame {
   ImageArguments images;
@@ -66,12 +78,18 @@ class PyPipeline {
  public:
   PyPipeline(const Config& config, const std::vector<MountedRig>& rigs, const app::DeviceOptions& device,
              PipelineOptions options)
-      : pipeline_{config, without_masks(rigs), with(std::move(options), rigs, device)} {}
+      : pipeline_{config, without_masks(rigs), with(std::move(options), rigs, device)} {
+    PipelineOptions chosen;
+    app::set_device(chosen, device);
+    gpu_ = chosen.device;
+  }
 
   [[nodiscard]] ResultObject process(const Frame& frame);
   /// Frames of several cameras.
   [[nodiscard]] ResultObject process(const std::vector<const Frame*>& frames);
   [[nodiscard]] ResultObject process(ArrayFrame arrays);
+  /// Waits for the copy.
+  [[nodiscard]] PyDeviceGrids device_grids(const Result& result);
 
   template <class Do>
   auto exclusively(const Do& act) {
@@ -101,9 +119,11 @@ class PyPipeline {
   /// makes it an exception.
   void warn_once(const FrameResult& result);
   /// Without the GIL.
-  void run(const Frame& frame, const FrameImages& images, Result& result);
+  template <class Images>
+  void run(const Frame& frame, const Images& images, Result& result);
 
   Pipeline pipeline_;
+  int gpu_;  ///< index of a GPU
   std::shared_ptr<ResultPool> results_{std::make_shared<ResultPool>()};
   Frame frame_;  // frame built from arrays; its memory is reused
   std::int64_t next_stamp_ns_{0};

@@ -17,7 +17,6 @@
 
 #include "bindings.hpp"
 #include "preset_choice.hpp"
-#include "released_gil.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/scenes/scene.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "released_gil.hpp"
+#include "bindings.hpp"
 
 #include <atomic>
 #include <chrono>

@@ -19,7 +19,6 @@
 #include "arrays.hpp"
 #include "bindings.hpp"
 #include "geometry.hpp"
-#include "released_gil.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/run_folder/frame_lines.hpp"
 #include "stereogrid/io/run_folder/run_record.hpp"

@@ -14,7 +14,6 @@
 #include "bindings.hpp"
 #include "evaluate/output.hpp"
 #include "geometry.hpp"
-#include "released_gil.hpp"
 #include "stereogrid/io/json_text.hpp"
 #include "stereogrid/io/run_folder/run_reader.hpp"
 

@@ -14,7 +14,6 @@
 #include "input.hpp"
 #include "locks/folder_lock.hpp"
 #include "pipeline.hpp"
-#include "released_gil.hpp"
 #include "run/resume.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"

@@ -3,7 +3,11 @@
 
 from __future__ import annotations
 
+import ctypes
+import gc
+import os
 import sys
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -240,3 +244,121 @@ def test_warns_once_of_stamps_in_another_unit(scene: sg.Recording, frames: list[
             assert frame.right is not None
             pipeline.process(frame.left, frame.right, stamp_ns=1_700_000_000 + i, pose=frame.pose)
     assert len([w for w in warned if "nanoseconds" in str(w.message)]) == 1
+
+
+class CudaInterface:
+    """Array that claims to be in a GPU's memory. The emulated GPU's memory is the host's."""
+
+    def __init__(self, array: np.ndarray, **changes: Any) -> None:
+        self.array = array
+        host = array.__array_interface__
+        of_device = {key: host[key] for key in ("shape", "typestr", "data", "strides")}
+        self.__cuda_array_interface__ = of_device | {"version": 3, "stream": 1} | changes
+
+
+class Dlpack:
+    """Likewise by DLPack; `device` 1: an array of the emulated GPU on the host."""
+
+    def __init__(self, source: Any, device: int = 2) -> None:
+        self.source, self.device = source, device
+
+    def __dlpack_device__(self) -> tuple[int, int]:
+        return self.device, 0
+
+    def __dlpack__(self, **_: Any) -> Any:
+        capsule = self.source.__dlpack__()
+        pointer = ctypes.pythonapi.PyCapsule_GetPointer
+        pointer.restype, pointer.argtypes = ctypes.c_void_p, [ctypes.py_object, ctypes.c_char_p]
+        ctypes.c_int32.from_address(pointer(capsule, b"dltensor") + ctypes.sizeof(ctypes.c_void_p)).value = self.device
+        return capsule
+
+
+def on_host(array: Any) -> np.ndarray:
+    assert array.__dlpack_device__() == (2, 0)
+    values = np.from_dlpack(Dlpack(array, device=1))
+    assert array.__cuda_array_interface__["data"] == (values.ctypes.data, False)
+    assert array.__cuda_array_interface__["shape"] == values.shape == array.shape
+    return values
+
+
+@pytest.fixture
+def small_scene() -> sg.Recording:
+    return sg.simulate("street?frames=3&width=96&height=64&focal=77")
+
+
+@pytest.fixture
+def gpu(small_scene: sg.Recording, monkeypatch: pytest.MonkeyPatch) -> sg.Pipeline:
+    library = os.environ.get("STEREOGRID_EMULATED_CUDA_LIBRARY", "")
+    if not library:
+        pytest.skip("the emulated GPU is not built")
+    monkeypatch.setenv("STEREOGRID_CUDA_LIBRARY", library)
+    return sg.Pipeline(small_config(), small_scene.rig, device="cuda")
+
+
+def small_config() -> sg.Config:
+    config = sg.preset("default")
+    config.grid.length_m, config.grid.width_m, config.grid.cell_size_m = 10, 8, 0.5
+    config.matching.disparities, config.filter.speeds_mps = 16, [1.25]
+    return config
+
+
+@pytest.mark.parametrize("on_gpu", [CudaInterface, Dlpack])
+def test_arrays_of_a_gpu(on_gpu: Callable[..., Any], gpu: sg.Pipeline, small_scene: sg.Recording) -> None:
+    cpu = sg.Pipeline(small_config(), small_scene.rig, device="cpu")
+    for i, frame in enumerate(small_scene):
+        assert frame.right is not None
+        left, right = (np.pad(image, ((0, 0), (0, 7)))[:, :-7] for image in (frame.left, frame.right))
+        of_right: dict[str, Any] = {"disparity": np.full(left.shape, 5, np.float32)} if i == 1 else {"right": right}
+        on_device = {name: on_gpu(image) for name, image in of_right.items()}
+        result = gpu.process(on_gpu(left), **on_device, stamp_ns=frame.stamp_ns, pose=frame.pose)
+        expected = cpu.process(left, **of_right, stamp_ns=frame.stamp_ns, pose=frame.pose)
+        assert result.stamp_ns == frame.stamp_ns and (result.observed != 0.5).any()
+        grids = gpu.device_grids(result)
+        np.testing.assert_array_equal(on_host(grids.observed), expected.observed)
+        for layers, filtered in ((grids.vehicle, expected), (grids.world, expected.world)):
+            values = on_host(layers)
+            np.testing.assert_array_equal(values[0], filtered.occupancy)
+            np.testing.assert_array_equal(values[1:3], filtered.velocity)
+            np.testing.assert_array_equal(values[3], filtered.age_s)
+            np.testing.assert_array_equal(values[4:7], filtered.velocity_covariance)
+            np.testing.assert_array_equal(values[7], filtered.moving)
+            ctypes.memset(values.ctypes.data, 0x41, values.nbytes)  # the next frame does not read them
+
+
+def test_arrays_of_a_gpu_keep_its_memory(gpu: sg.Pipeline, small_scene: sg.Recording) -> None:
+    result = gpu.process(small_scene[0])
+    references = sys.getrefcount(gpu)
+    vehicle = on_host(gpu.device_grids(result).vehicle)
+    gc.collect()
+    assert sys.getrefcount(gpu) > references
+    np.testing.assert_array_equal(vehicle[0], result.occupancy)
+    del vehicle
+    assert sys.getrefcount(gpu) == references
+
+
+def test_arrays_of_a_gpu_that_cannot_be_used(small_scene: sg.Recording) -> None:
+    cpu = sg.Pipeline(small_config(), small_scene.rig, device="cpu")
+    left, right = (np.zeros((64, 96), np.uint8) for _ in range(2))
+    image = CudaInterface(right)
+    for on_gpu in (CudaInterface, Dlpack):
+        with pytest.raises(sg.ConfigError, match="has no device memory"):
+            cpu.process(on_gpu(left), on_gpu(right))
+    with pytest.raises(sg.ConfigError, match="has no device memory"):
+        cpu.device_grids(cpu.process(small_scene[0]))
+    with pytest.raises(TypeError, match="right: in the host's memory"):
+        cpu.process(image, right)
+    with pytest.raises(TypeError, match="left: in the host's memory"):
+        cpu.process(left, disparity=image)
+    with pytest.raises(TypeError, match="images in a GPU's memory: depth or color"):
+        cpu.process(image, depth=CudaInterface(right.astype(np.float32)))
+    with pytest.raises(TypeError, match="left: dtype <f8 in a GPU's memory"):
+        cpu.process(CudaInterface(left.astype(float)), image)
+    with pytest.raises(TypeError, match="disparity: dtype of 16 bits in a GPU's memory"):
+        cpu.process(image, disparity=Dlpack(left.astype(np.uint16)))
+    for shape in (np.repeat(left, 2, 1)[:, ::2], np.zeros((64, 96, 3), np.uint8)):
+        with pytest.raises(ValueError, match="left: not"):
+            cpu.process(CudaInterface(shape), image)
+    with pytest.raises(sg.InputError, match="pixels"):
+        cpu.process(CudaInterface(left[:50]), image)
+    with pytest.raises(ValueError, match="right: on another stream"):
+        cpu.process(image, CudaInterface(right, stream=2))
