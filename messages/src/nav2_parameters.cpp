@@ -74,8 +74,10 @@ std::string scan_layer(const Rig& rig, const GridGeometry& grid, const Nav2Optio
 
 std::string points_layer(const Rig& rig, const GridGeometry& grid, const Nav2Options& options) {
   const double far_m{farthest_corner_m(grid)};
-  const double across_rad{2 * std::atan(rig.width_px / (2 * rig.focal_px))};
-  const double upright_rad{2 * std::atan(rig.height_px / (2 * rig.focal_px))};
+  // about the optical axis: the narrower side, so that cells outside of the image are not cleared
+  const HorizontalView view{horizontal_view(rig)};
+  const double across_rad{2 * std::min(view.left_rad, -view.right_rad)};
+  const double upright_rad{2 * std::atan((std::min(rig.cy_px, rig.height_px - 1 - rig.cy_px) + 0.5) / rig.focal_px)};
   const std::string frame{line(10, "sensor_frame", options.camera_frame)};
   const std::string topic{"/" + options.node + "/obstacle_points"};
   return "      stereo_grid:\n" + line(8, "plugin", "spatio_temporal_voxel_layer/SpatioTemporalVoxelLayer") +

@@ -125,6 +125,22 @@ TEST(Nav2Parameters, OfVoxelsAreDeclaredByTheirLayer) {
   }
 }
 
+TEST(Nav2Parameters, OfVoxelsClearNothingOutsideOfTheImage) {
+  const auto angle = [](const Rig& rig, const char* name) {
+    const YAML::Node file{YAML::Load(nav2_local_costmap(rig, {0, -3, 0.05, 120, 120}, {.source = Nav2Source::points}))};
+    return file["local_costmap"]["local_costmap"]["ros__parameters"]["stereo_grid"]["clear"][name].as<double>();
+  };
+  Rig rig{small_rig()};
+  rig.cx_px = (rig.width_px - 1) / 2.0;
+  rig.cy_px = (rig.height_px - 1) / 2.0;
+  EXPECT_NEAR(angle(rig, "horizontal_fov_angle"), 2 * std::atan(rig.width_px / (2 * rig.focal_px)), 1e-4);
+  EXPECT_NEAR(angle(rig, "vertical_fov_angle"), 2 * std::atan(rig.height_px / (2 * rig.focal_px)), 1e-4);
+  rig.cx_px = 20;
+  rig.cy_px = rig.height_px - 11;
+  EXPECT_NEAR(angle(rig, "horizontal_fov_angle"), 2 * std::atan(20.5 / rig.focal_px), 1e-4);
+  EXPECT_NEAR(angle(rig, "vertical_fov_angle"), 2 * std::atan(10.5 / rig.focal_px), 1e-4);
+}
+
 TEST(Nav2Parameters, AreThoseOfTheOptions) {
   const GridGeometry geometry{0, -3, 0.05, 120, 120};
   const Nav2Options options{.node = "robot1/grid", .world_frame = "robot1/odom", .robot_frame = "robot1/base"};
