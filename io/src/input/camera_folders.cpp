@@ -40,12 +40,21 @@ std::vector<std::string> camera_names(std::span<const std::string> cameras) {
 
 std::unique_ptr<Recording> open_cameras(std::span<const std::string> cameras, const OpenCamera& open) {
   check_cameras(cameras);
-  std::unique_ptr<Recording> all{open(cameras.front())};
-  if (cameras.size() == 1) return all;
+  if (cameras.size() == 1) return open(cameras.front());
   const std::vector<std::string> names{camera_names(cameras)};
+  const auto open_one = [&](std::size_t i) {
+    try {
+      return open(cameras[i]);
+    } catch (const InputError& error) {
+      const std::string text{error.what()};
+      if (text.find(cameras[i]) != std::string::npos) throw;
+      throw InputError{names[i] + ": " + text};
+    }
+  };
+  std::unique_ptr<Recording> all{open_one(0)};
   all->set_camera_name(names.front());
   for (std::size_t i{1}; i < cameras.size(); ++i) {
-    std::unique_ptr<Recording> camera{open(cameras[i])};
+    std::unique_ptr<Recording> camera{open_one(i)};
     camera->set_camera_name(names[i]);
     all->add_camera(std::move(camera));
   }

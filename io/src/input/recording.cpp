@@ -257,10 +257,14 @@ void warn_of_frames(const Recording& camera, RecordingContents& contents) {
 
 void Recording::add_camera(std::unique_ptr<Recording> camera) {
   if (rigs_.empty()) rigs_.push_back(rig());
-  for (const std::string& warning : camera->contents().warnings) {
-    if (std::ranges::count(contents_.warnings, warning) == 0)  // else one of the poses or the whole bag
-      contents_.warnings.push_back(camera->contents().camera_name + ": " + warning);
-  }
+  const auto add = [&camera](const std::vector<std::string>& texts, std::vector<std::string>& to) {
+    for (const std::string& text : texts) {
+      if (std::ranges::count(to, text) == 0)  // else one of the poses or the whole bag
+        to.push_back(camera->contents().camera_name + ": " + text);
+    }
+  };
+  add(camera->contents().notes, contents_.notes);
+  add(camera->contents().warnings, contents_.warnings);
   warn_of_frames(*camera, contents_);
   rigs_.push_back(camera->rig());
   others_.push_back(std::move(camera));
