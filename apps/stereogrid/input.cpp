@@ -111,6 +111,19 @@ std::vector<std::string> names_of_cameras(const FrameSource& source) {
   return names;
 }
 
+/// Cameras of a recording, so that the same ones make the same run: folders relative to INPUT, whether they are options
+/// or of calibration.yaml, or namespaces of a bag.
+std::vector<std::string> cameras_of(const io::Recording& recording, const InputOptions& options) {
+  const fs::path root{fs::path{options.paths.front()} / ""};
+  const auto name_of = [base = root.lexically_normal()](const io::Recording& one) {
+    return one.contents().root.lexically_normal().lexically_relative(base).generic_string();
+  };
+  std::vector<std::string> names{name_of(recording)};
+  if (names.front() == "." || names.front().empty()) return options.cameras;
+  for (const auto& other : recording.other_cameras()) names.push_back(name_of(*other));
+  return names;
+}
+
 io::RunInput describe(const Input& input, const InputOptions& options) {
   if (input.scene != nullptr) return {"scene", options.paths, options.poses, "", "", text_of(options.mask)};
   std::vector<std::string> paths;
@@ -119,7 +132,13 @@ io::RunInput describe(const Input& input, const InputOptions& options) {
   const io::RecordingContents& contents{input.recording->contents()};
   const bool has_odometry{input.poses == PoseSource::odometry};
   if (!options.cameras.empty() || !input.recording->other_cameras().empty()) {  // each camera's folder has its files
-    return {contents.kind, std::move(paths), has_odometry ? "odometry" : options.poses, "", "", "", options.cameras};
+    return {contents.kind,
+            std::move(paths),
+            has_odometry ? "odometry" : options.poses,
+            "",
+            "",
+            "",
+            cameras_of(*input.recording, options)};
   }
   return {contents.kind,
           std::move(paths),

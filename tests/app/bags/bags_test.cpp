@@ -316,6 +316,9 @@ TEST_F(SeveralPairs, GiveWhatTheirFoldersGive) {
       run_bag(cameras(), {"--poses", "none", "--set", "grid.rear_m=10", "--cameras", "camera0,camera1"})};
   ASSERT_EQ(folders.exit_code, 0) << folders.errors;
   expect_equal_runs(by_folders, out());
+  EXPECT_EQ(json_of(by_folders / "run.json").at("input").at("cameras"), Json({"camera0", "camera1"}));
+  run_well({"run", cameras(), "--out", by_folders, "--poses", "none", "--set", "grid.rear_m=10", "--cameras",
+            "camera0,./camera1", "--resume"});
 }
 
 TEST_F(SeveralPairs, HaveTheFrameOfTheNearestStamp) {
