@@ -20,6 +20,7 @@ void check_cameras(std::span<const std::string> cameras) {
   if (cameras.empty() || cameras.size() > most_cameras)
     throw ConfigError{fmt::format("cameras: {} stereo pairs (allowed 1 to {}).", cameras.size(), most_cameras)};
   for (const std::string& camera : cameras) {
+    if (camera.empty()) throw ConfigError{"cameras: an entry is empty (allowed: a folder or namespace)."};
     if (std::ranges::count(cameras, camera) > 1)
       throw ConfigError{fmt::format("cameras: lists {} twice.", printable(camera))};
   }
@@ -116,6 +117,7 @@ std::unique_ptr<Recording> open_camera_folders(InputArguments arguments) {
   }
   const fs::path root{arguments.paths.front()};
   const std::vector<std::string> asked{std::exchange(arguments.cameras, {})};
+  if (!asked.empty()) check_cameras(asked);
   const std::vector<std::string> folders{asked.empty() ? listed_cameras(root)
                                                        : normalised(root, {asked.begin(), asked.end()})};
   if (folders.empty()) return nullptr;
