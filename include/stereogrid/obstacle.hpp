@@ -84,8 +84,8 @@ struct Obstacle {
   /// part of its fall.
   double height_m{0};
   /// Outline of the visible part at the last observation, moved with the track. Object: a simple polygon of at most 8
-  /// points, at least half a metre deep. Boundary: an open line of at most 12 points along the near side, from left to
-  /// right. Drop: an open line.
+  /// points, at least half a metre deep but for low obstacles. Boundary: an open line of at most 12 points along the
+  /// near side, from left to right. Drop: an open line.
   Outline outline;
   /// Yaw rate of the velocity's direction, positive to the left; 0 if the obstacle is static or the rate is not
   /// significant.

@@ -263,7 +263,9 @@ void FramePipeline::fuse_terrain(FrameResult& result) {
 
 void FramePipeline::update_tracks(const FrameSet& frame, FrameResult& result) {
   const ScopedTimer timer{now_.front().times.track};
-  const std::vector<Cluster>& clusters{find_clusters(result.world)};
+  std::vector<Cluster>& clusters{find_clusters(result.world)};
+  if (FrameTerrain* const terrain{at(0).terrain()})
+    add_low_objects(terrain->low_cells(), result.world, frame.world_from_vehicle, clusters);
   held_.ids.clear();
   Tracker::Cameras looking{0};
   for (const CameraFrame& now : now_) {
@@ -280,7 +282,7 @@ void FramePipeline::update_tracks(const FrameSet& frame, FrameResult& result) {
   report_too_close(held_, result);
 }
 
-const std::vector<Cluster>& FramePipeline::find_clusters(const GridLayers& world) {
+std::vector<Cluster>& FramePipeline::find_clusters(const GridLayers& world) {
   clusters_.clear();
   for (const CameraFrame& now : now_) {
     of(now).find_clusters(world, now);

@@ -75,7 +75,7 @@ class FramePipeline {
   void limit_speed(double dt_s, FrameResult& result);
   void fuse_terrain(FrameResult& result);
   void update_tracks(const FrameSet& frame, FrameResult& result);
-  [[nodiscard]] const std::vector<Cluster>& find_clusters(const GridLayers& world);
+  [[nodiscard]] std::vector<Cluster>& find_clusters(const GridLayers& world);
   void report_cameras(FrameResult& result);
 
   Config config_;

@@ -57,6 +57,8 @@ bool are_unseen(const FrameResult& result, int iy, int begin, int end) {
 constexpr double ditch_rows{6};
 /// Smallest drop that is found, in smallest drops that a jump of one pixel shows (4).
 constexpr double found_drops{3};
+/// Maximum number of cells of low obstacles, more than both kerbs of a street; excess cells make none.
+constexpr std::size_t low_cells_max{4096};
 /// Widest ditch into which a wheel falls by less than a step, in steps. The wheel's radius is two steps.
 constexpr double crossed_ditch{2 * std::numbers::sqrt3};
 
@@ -135,6 +137,7 @@ FrameTerrain::FrameTerrain(const Rig& level_rig, const Config& config, const Gri
       vehicle_rules_{vehicle_grid.nx, vehicle_grid.ny},
       window_rules_{window_cells, window_cells} {
   edges_.reserve(static_cast<std::size_t>(level_rig.width_px / sector_px + 1));
+  low_cells_.reserve(low_cells_max);
 }
 
 void FrameTerrain::write_vehicle(const GridInVehicle& grid, int begin, int end, FrameResult& result) {
@@ -343,7 +346,7 @@ void FrameTerrain::bound_vehicle(bool is_usable, const std::function<bool(Point2
 
 // Edges and low obstacles are few: each one raises its cell and the cells of the vehicle's grid whose centres lie in
 // it. Cells that no frame has observed stay unknown.
-void FrameTerrain::bound_hazards(std::span<const FrameTerrain* const> seen, FrameResult& result) const {
+void FrameTerrain::bound_hazards(std::span<const FrameTerrain* const> seen, FrameResult& result) {
   const CellsWithin cells{vehicle_grid_, place_.window_cells};
   const auto raise_in = [](GridLayers& grid, int x, int y, float least) {
     if (std::isinf(grid.age_s(x, y))) return;
@@ -355,8 +358,21 @@ void FrameTerrain::bound_hazards(std::span<const FrameTerrain* const> seen, Fram
   };
   witness_.for_edges([&](int x, int y) { raise(x, y, ruled_edge); });
   const auto raise_obstacle = [&](int x, int y) { raise(x, y, ruled_obstacle); };
-  low_obstacles_.for_obstacles(raise_obstacle);
-  for (const FrameTerrain* const one : seen) one->low_obstacles_.for_high(raise_obstacle);
+  low_cells_.clear();
+  low_obstacles_.for_obstacles([&](int x, int y, const HeightMemory::Mean& mean) {
+    raise_obstacle(x, y);
+    if (!mean.is_sure || low_cells_.size() == low_cells_max) return;
+    low_cells_.push_back({x, y, low_obstacles_.height_m(mean.height), mean.frames, false});
+  });
+  const auto place_of = [](const LowObstacleCell& cell) { return std::pair{cell.iy, cell.ix}; };
+  const auto see = [&](int x, int y) {
+    const auto at{std::ranges::lower_bound(low_cells_, std::pair{y, x}, {}, place_of)};
+    if (at != low_cells_.end() && at->ix == x && at->iy == y) at->is_seen = true;
+  };
+  for (const FrameTerrain* const one : seen) {
+    one->low_obstacles_.for_high(raise_obstacle);
+    one->low_obstacles_.for_seen(see);
+  }
 }
 
 void FrameTerrain::clear(FrameResult& result) {

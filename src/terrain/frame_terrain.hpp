@@ -72,6 +72,8 @@ class FrameTerrain {
 
   /// Edges of the last find(), from left to right.
   [[nodiscard]] std::span<const EdgePoint> edges() const { return edges_; }
+  /// Cells of sure low obstacles after the last bound_filtered(), by rows. The caller may sort them.
+  [[nodiscard]] std::span<LowObstacleCell> low_cells() { return low_cells_; }
   /// Raises the filtered occupancy where the last find() has seen edges, obstacles, or nothing behind an edge, and
   /// where a frame before has seen an edge and none since ground, or several have seen a low obstacle.
   /// `seen`: terrains whose last find() counts, of this camera and others; empty: none.
@@ -98,7 +100,8 @@ class FrameTerrain {
     state(window_x_m_, window_y_m_, age_s_, low_obstacles_, witness_, elevation_);
   }
   [[nodiscard]] std::size_t memory_bytes() const {
-    return memory_bytes_of(terrain_, low_obstacles_, witness_, elevation_, edges_, vehicle_rules_, window_rules_);
+    return memory_bytes_of(terrain_, low_obstacles_, witness_, elevation_, edges_, low_cells_, vehicle_rules_,
+                           window_rules_);
   }
 
  private:
@@ -108,7 +111,7 @@ class FrameTerrain {
   void move(const TerrainPlace& place);
   void clear_find();
   void merge(std::span<const FrameTerrain* const> seen);
-  void bound_hazards(std::span<const FrameTerrain* const> seen, FrameResult& result) const;
+  void bound_hazards(std::span<const FrameTerrain* const> seen, FrameResult& result);
   void drop_witnesses();
   void see_ground(std::span<const FrameTerrain* const> seen);
   void remember_elevation(bool is_usable, FrameResult& result);
@@ -125,6 +128,7 @@ class FrameTerrain {
   ElevationMemory elevation_;
   TerrainPlace place_{};  ///< place of the last find()
   std::vector<EdgePoint> edges_;
+  std::vector<LowObstacleCell> low_cells_;
   Image<CellRule> vehicle_rules_;
   Image<CellRule> window_rules_;
   double window_x_m_{0};  ///< origin of the window

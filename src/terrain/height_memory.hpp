@@ -19,6 +19,15 @@ class HeightMemory {
   static constexpr int samples_enough{30};
   /// Least mean height of an obstacle.
   static constexpr float obstacle_height{1};
+  /// Standard deviations over it of a sure obstacle: texture almost along the rows has four times the errors.
+  static constexpr float sure_sigmas{4};
+
+  /// Mean of a cell with an obstacle.
+  struct Mean {
+    float height;
+    float frames;  ///< its weight relative to the largest one of a frame
+    bool is_sure;  ///< sure_sigmas over obstacle_height
+  };
 
   explicit HeightMemory(int window_cells) : cells_{window_cells, window_cells}, moved_{window_cells, window_cells} {}
 
@@ -35,7 +44,7 @@ class HeightMemory {
   void reset() { cells_.fill({}); }
   /// Moves with the window.
   void move(Scroll scroll) { scroll_cells(scroll, cells_, moved_); }
-  /// Calls work(ix, iy) for the cells with an obstacle: its mean is surely high.
+  /// Calls work(ix, iy, mean) for the cells with an obstacle: its mean is a standard deviation over obstacle_height.
   template <class Work>
   void for_obstacles(const Work& work) const {
     for (int iy{0}; iy < cells_.height(); ++iy) {
@@ -43,7 +52,10 @@ class HeightMemory {
         const Cell& cell{cells_(ix, iy)};
         if (cell.weight == 0) continue;
         const float weight{cell.weight + prior_weight};
-        if (cell.weighted / weight > obstacle_height + height_sigma / std::sqrt(weight)) work(ix, iy);
+        const float height{cell.weighted / weight};
+        const float sigma{height_sigma / std::sqrt(weight)};
+        if (height > obstacle_height + sigma)
+          work(ix, iy, Mean{height, cell.weight / weight_max, height > obstacle_height + sure_sigmas * sigma});
       }
     }
   }

@@ -133,15 +133,22 @@ class LowObstacles {
       if (cell.is_high) work(static_cast<int>(cell.ix), static_cast<int>(cell.iy));
     }
   }
+  /// Calls work(ix, iy) for the cells that the frame shows.
+  template <class Work>
+  void for_seen(const Work& work) const {
+    for (const LowCell& cell : seen_) work(static_cast<int>(cell.ix), static_cast<int>(cell.iy));
+  }
   /// Moves the memory with the window.
   void move(Scroll scroll) { memory_.move(scroll); }
   /// Adds the frame of a camera, this one or another, to the memory.
   void remember(const LowObstacles& of);
-  /// Calls work(ix, iy) for the cells with an obstacle in memory.
+  /// Calls work(ix, iy, HeightMemory::Mean) for the cells with an obstacle in memory, by rows.
   template <class Work>
   void for_obstacles(const Work& work) const {
     memory_.for_obstacles(work);
   }
+  /// Height over the ground of a mean height in memory, m.
+  [[nodiscard]] float height_m(float mean) const { return model_.height_of(mean); }
   void reset() { memory_.reset(); }
   template <class State>
   void exchange(State& state) {

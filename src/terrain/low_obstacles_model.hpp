@@ -257,6 +257,8 @@ struct LowModel {
   [[nodiscard]] STEREOGRID_HD float matched_step_m(float row_m) const {
     return Max(matched_mean * limits.step_m, limits.step_m - lost_rows * row_m);
   }
+  /// Height over the ground of a mean height in memory, m: the matcher takes as much of a high face as of a step.
+  [[nodiscard]] float height_of(float mean) const { return limits.step_m * (1 + matched_mean * (mean - 1)); }
   /// Columns between samples on ground x m ahead.
   [[nodiscard]] STEREOGRID_HD int column_step(float x) const {
     return Max(static_cast<int>(camera.focal_px * cell_m / (Min(x, end_m) * columns_enough)), 1);

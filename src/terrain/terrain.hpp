@@ -34,6 +34,16 @@ struct EdgePoint {
   float fall_m;  ///< visible part of the fall
 };
 
+/// Cell of the window with a low obstacle in memory.
+struct LowObstacleCell {
+  int ix;
+  int iy;
+  float height_m;  ///< over the ground around it
+  float frames;    ///< HeightMemory::Mean
+  bool is_seen;    ///< in this frame
+  int group{0};    ///< index of a cell that it touches directly or through others, the same for all of them
+};
+
 /// Ground of a frame: elevation, drivable cells, steps, edges (docs/terrain.md). The same loops serve every back end:
 /// sectors are independent of each other in all steps but spread_ground().
 class Terrain {

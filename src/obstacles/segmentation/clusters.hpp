@@ -30,7 +30,7 @@ struct Bounds {
 /// Bounds of an outline; zeros if it is empty.
 [[nodiscard]] Bounds bounds_of(const Outline& outline);
 
-/// A segment, or an edge with lower ground behind it, on the ground. World axes.
+/// A segment, an edge with lower ground behind it, or a low obstacle, on the ground. World axes.
 struct Cluster {
   Point2 centre;                   ///< middle of its box
   Point2 velocity;                 ///< velocity of its tracked features, or of its cells
@@ -50,6 +50,8 @@ struct Cluster {
   bool is_cut_left{false};
   bool is_cut_right{false};
   bool is_sure{true};      ///< errors of matching do not explain it: it may confirm a track
+  bool is_low{false};      ///< by the memory of low obstacles: a track of its own, without an influence on others
+  bool is_seen{true};      ///< in this frame; not part of a saved state
   std::uint8_t camera{0};  ///< index of the camera that sees it; not part of a saved state
 
   /// Velocity by tracked features.
@@ -58,7 +60,7 @@ struct Cluster {
   template <class State>
   void exchange(State& state) {
     state(centre, velocity, velocity_covariance, occupancy, moving, pixels, length_m, width_m, yaw_rad, height_m, kind,
-          outline, fitted, bounds, is_cut_left, is_cut_right, is_sure);
+          outline, fitted, bounds, is_cut_left, is_cut_right, is_sure, is_low);
   }
 };
 
@@ -83,7 +85,7 @@ struct ClusterWorkspace {
 
   Segmenter segmenter;
   Rig rig;
-  std::vector<Cluster> clusters;   ///< one for each segment, then those of edges
+  std::vector<Cluster> clusters;   ///< one for each segment, then those of edges and of low obstacles
   std::vector<Followed> followed;  ///< by label
   std::vector<double> values;      ///< values of a cluster's features or columns
 };
@@ -108,11 +110,16 @@ struct FrameEdges {
 void add_drops(const FrameEdges& edges, const GridLayers& world, const Pose2& world_from_vehicle,
                std::vector<Cluster>& clusters);
 
+/// Clusters of low obstacles: two or more cells that touch. They stand. `cells`: of the window of `world`, by rows;
+/// sorted by cluster afterwards.
+void add_low_objects(std::span<LowObstacleCell> cells, const GridLayers& world, const Pose2& world_from_vehicle,
+                     std::vector<Cluster>& clusters);
+
 /// Moves the clusters of a camera to `all`. Of an object that two cameras see, the cluster with more pixels stays.
 void fuse_clusters(std::vector<Cluster>& of_camera, std::uint8_t camera, std::vector<Cluster>& all);
 
 /// Boxes around the outlines: along the velocity of dynamic objects, else the smallest ones.
-void fit_boxes(std::vector<Cluster>& clusters);
+void fit_boxes(std::span<Cluster> clusters);
 
 /// Segments of `nodes`, split by the velocities of tracked features. See Segmenter::find.
 inline void find_segments(std::span<const ColumnNode> nodes, const Ground& ground, const Relief<Host>& relief,

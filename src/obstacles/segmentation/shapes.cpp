@@ -294,7 +294,7 @@ void describe_segments(const GridLayers& world, const Pose2& world_from_vehicle,
   }
 }
 
-void fit_boxes(std::vector<Cluster>& clusters) {
+void fit_boxes(std::span<Cluster> clusters) {
   for (Cluster& cluster : clusters) {
     const bool moves{cluster.kind == ObstacleKind::object &&
                      std::hypot(cluster.velocity.x, cluster.velocity.y) > moving_mps};

@@ -89,6 +89,7 @@ void Tracker::update(const GridLayers& world, const std::vector<Cluster>& cluste
     track.moved = {track.moved.x + after.x - before.x, track.moved.y + after.y - before.y};
     track.age_s += dt_s;
     track.unseen_s += dt_s;
+    track.is_remembered = false;
   }
   associate(clusters, world_from_vehicle);
   const Pose2 vehicle_from_world{inverse(world_from_vehicle)};
@@ -98,7 +99,8 @@ void Tracker::update(const GridLayers& world, const std::vector<Cluster>& cluste
   merge_movers();
   std::erase_if(tracks_, [&](const Track& track) {
     if (!(track.unseen_s > 0)) return false;
-    if (is_held(track)) return !is_in_view(vehicle_from_world * track.shape.centre);
+    const bool is_remembered{track.is_remembered && is_certain(track)};
+    if (is_held(track) || is_remembered) return !is_in_view(vehicle_from_world * track.shape.centre);
     const Point2 at{vehicle_from_world * track.middle()};
     const bool is_looked_at{is_in_view(at, looking) || !is_in_view(at)};
     return is_expired(track, is_looked_at) ||
@@ -119,6 +121,7 @@ bool Tracker::differs(const Cluster& cluster, const Track& track) {
 // In metres; none: it is another thing.
 std::optional<double> Tracker::distance(const Track& track, const Cluster& cluster) const {
   if ((track.shape.kind == ObstacleKind::drop) != (cluster.kind == ObstacleKind::drop)) return std::nullopt;
+  if (track.shape.is_low != cluster.is_low) return std::nullopt;
   const bool is_measured{cluster.has_measured_velocity()};
   if (is_measured && differs(cluster, track)) return std::nullopt;
   const double away_m{std::hypot(cluster.centre.x - track.shape.centre.x - track.moved.x,
@@ -162,10 +165,12 @@ void Tracker::associate(const std::vector<Cluster>& clusters, const Pose2& world
   for (const Pair& pair : pairs_) {
     if (is_track_taken_[pair.track] != 0 || is_cluster_taken_[pair.cluster] != 0) continue;
     is_track_taken_[pair.track] = is_cluster_taken_[pair.cluster] = 1;
-    correct(tracks_[pair.track], clusters[pair.cluster], camera_of(clusters[pair.cluster]));
+    const Cluster& cluster{clusters[pair.cluster]};
+    tracks_[pair.track].is_remembered = !cluster.is_seen;
+    if (cluster.is_seen) correct(tracks_[pair.track], cluster, camera_of(cluster));
   }
   for (std::size_t c{0}; c < clusters.size(); ++c) {
-    if (is_cluster_taken_[c] == 0) begin_track(clusters[c], camera_of(clusters[c]));
+    if (is_cluster_taken_[c] == 0 && clusters[c].is_seen) begin_track(clusters[c], camera_of(clusters[c]));
   }
 }
 
@@ -196,7 +201,7 @@ bool Tracker::is_certain(std::int64_t id) const {
 
 Outline Tracker::strips_of(std::int64_t id, const Pose2& vehicle_from_world) const {
   const auto track = std::ranges::find(tracks_, id, &Track::id);
-  Outline strips{track == tracks_.end() ? Outline{} : track->shape.outline};
+  Outline strips{track == tracks_.end() || track->shape.is_low ? Outline{} : track->shape.outline};
   for (Point2& point : strips) point = vehicle_from_world * point;
   return strips;
 }
@@ -279,7 +284,7 @@ bool Tracker::is_hidden(Point2 at, const std::vector<Cluster>& clusters, const P
     double least{far};
     double most{-far};
     double nearest{far};
-    if (cluster.kind == ObstacleKind::drop) return false;
+    if (cluster.kind == ObstacleKind::drop || cluster.is_low) return false;
     for (const Point2& point : cluster.outline) {
       const Point2 here{camera_from_world * point};
       if (!(here.x > 0)) continue;
@@ -298,7 +303,8 @@ bool Tracker::is_replaced(const Track& track, const std::vector<Cluster>& cluste
   for (const Point2& point : track.shape.outline) {
     const Point2 at{point.x + track.moved.x, point.y + track.moved.y};
     taken += std::any_of(clusters.begin(), clusters.end(), [&](const Cluster& cluster) {
-      return cluster.kind == ObstacleKind::object && cluster.bounds.gap_to({at, at}, {}) < replaced_within_m;
+      return cluster.kind == ObstacleKind::object && !cluster.is_low &&
+             cluster.bounds.gap_to({at, at}, {}) < replaced_within_m;
     });
   }
   return 2 * taken >= track.shape.outline.size();

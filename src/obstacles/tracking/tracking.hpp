@@ -48,7 +48,7 @@ class Tracker {
   /// True: the track exists, and has been seen often or large enough not to be a false match.
   [[nodiscard]] bool is_certain(std::int64_t id) const;
   /// Outline of a track's strips at its last observation, vehicle frame. Reported outlines are fitted to it. Empty: no
-  /// such track.
+  /// such track, or a low obstacle.
   [[nodiscard]] Outline strips_of(std::int64_t id, const Pose2& vehicle_from_world) const;
 
   template <class State>
@@ -83,8 +83,9 @@ class Tracker {
     double moving{0};        ///< evidence that it moves: logarithm of the odds
     double age_s{0};
     double unseen_s{0};
-    Point2 moved;           ///< predicted since the last observation
-    bool is_merged{false};  ///< observed as a part of another object: not reported until it is separate again
+    Point2 moved;               ///< predicted since the last observation
+    bool is_remembered{false};  ///< not seen in this frame, but a low obstacle in memory; not part of a saved state
+    bool is_merged{false};      ///< observed as a part of another object: not reported until it is separate again
 
     [[nodiscard]] Point2 middle() const;  ///< centre of the box
 

@@ -255,6 +255,30 @@ class Boxes {
   const FrameResult* result_{nullptr};
 };
 
+// A box of 5 cm before a robot that climbs 3 cm, and a painted floor.
+TEST(LowObstacles, AreObstaclesOfTheList) {
+  const auto confirmed_in = [](const std::string& text) {
+    const scenes::Scene scene{scenes::parse_scene("terrain?camera=robot&frames=16&" + text), 2};
+    Pipeline pipeline{preset("robot"), scene.rig(), {.threads = 2, .stages = false}};
+    std::vector<Obstacle> confirmed;
+    for (std::size_t i{0}; i < scene.size(); ++i) {
+      for (const Obstacle& one : pipeline.process(scene.load(i)).obstacles) {
+        if (one.confirmed) confirmed.push_back(one);
+      }
+    }
+    return confirmed;
+  };
+  const std::vector<Obstacle> box{confirmed_in("kind=box&rise=0.05")};
+  ASSERT_GE(box.size(), 6u) << "frames";
+  EXPECT_NEAR(box.back().x_m, 1.75, 0.2) << "1.5 m away in the last frame, 0.2 m wide";
+  EXPECT_NEAR(box.back().y_m, 0, 0.1);
+  EXPECT_NEAR(box.back().height_m, 0.05, 0.02);
+  EXPECT_EQ(box.back().kind, ObstacleKind::object);
+  EXPECT_EQ(box.back().vx_mps, 0);
+  for (const Obstacle& one : box) EXPECT_EQ(one.id, box.front().id);
+  EXPECT_TRUE(confirmed_in("kind=paint").empty());
+}
+
 enum Height { cm_10, cm_15, cm_20, cm_30, cm_50 };
 
 TEST(LowObstacles, ByDefaultWhatAWheelClimbsIsRoad) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Edges of lower ground as obstacles, and lines through the sides of obstacles.
+// Edges of lower ground and low obstacles in memory as obstacles, and lines through the sides of obstacles.
 #include "obstacles/segmentation/side_fit.hpp"
 #include "painted_obstacles.hpp"
 
@@ -97,6 +97,93 @@ TEST(Drops, AreTrackedApartFromObjectsAndStandStill) {
   EXPECT_FALSE(found[0].moving);
   EXPECT_NEAR(found[0].x_m, 4.5, 0.1);
   EXPECT_EQ(found[1].kind, ObstacleKind::object);
+}
+
+/// Cells between two ones of GroundSeenFree, which are 0.2 m wide. Cell (35, 25) has its middle at (5.1, 0.1).
+std::vector<LowObstacleCell> low_cells(CellIndex first, CellIndex last, float frames = 0.5f, bool is_seen = true) {
+  std::vector<LowObstacleCell> cells;
+  for (int iy{first.iy}; iy <= last.iy; ++iy) {
+    for (int ix{first.ix}; ix <= last.ix; ++ix) cells.push_back({ix, iy, 0.2f, frames, is_seen});
+  }
+  return cells;
+}
+
+std::vector<Cluster> low_objects_of(std::vector<LowObstacleCell> cells) {
+  GroundSeenFree world;
+  std::vector<Cluster> clusters;
+  add_low_objects(cells, world.layers, {}, clusters);
+  return clusters;
+}
+
+TEST(LowObjects, AreCellsThatTouch) {
+  std::vector<LowObstacleCell> cells{low_cells({35, 25}, {36, 26})};
+  cells.push_back({37, 27, 0.3f, 0.5f, false});
+  cells.push_back({40, 27, 0.3f, 1, true});
+  const std::vector<Cluster> found{low_objects_of(cells)};
+  ASSERT_EQ(found.size(), 1u) << "a lone cell is none";
+  EXPECT_EQ(found[0].kind, ObstacleKind::object);
+  EXPECT_TRUE(found[0].is_low);
+  EXPECT_TRUE(found[0].is_seen);
+  EXPECT_NEAR(found[0].height_m, 0.3, 1e-6);
+  EXPECT_NEAR(found[0].occupancy, 0.1, 1e-6);
+  EXPECT_NEAR(found[0].centre.x, 5.3, 0.05);
+  EXPECT_NEAR(found[0].centre.y, 0.3, 0.05);
+  EXPECT_NEAR(found[0].bounds.least.x, 5, 1e-9);
+  EXPECT_NEAR(found[0].bounds.most.y, 0.6, 1e-9);
+  EXPECT_LE(found[0].outline.size(), 8u);
+}
+
+TEST(LowObjects, NeedTheWeightOfAFrame) {
+  EXPECT_EQ(low_objects_of(low_cells({35, 25}, {36, 25}, 0.5f)).size(), 1u);
+  EXPECT_EQ(low_objects_of(low_cells({35, 25}, {36, 25}, 0.4f)).size(), 0u);
+  EXPECT_TRUE(low_objects_of({}).empty());
+}
+
+TEST(LowObjects, KerbsAreLinesAlongTheirNearSide) {
+  const Cluster kerb{low_objects_of(low_cells({15, 30}, {58, 31})).at(0)};
+  EXPECT_EQ(kerb.kind, ObstacleKind::boundary) << "8.8 m";
+  EXPECT_GT(kerb.outline.size(), 6u);
+  EXPECT_LE(kerb.outline.size(), 12u);
+  for (const Point2& point : kerb.outline) EXPECT_NEAR(point.y, 1.2, 0.11) << "middles of cells";
+  EXPECT_LT(kerb.outline[0].x, kerb.outline[kerb.outline.size() - 1].x) << "from left to right";
+  std::vector<LowObstacleCell> corner{low_cells({20, 25}, {40, 25})};
+  for (const LowObstacleCell& cell : low_cells({20, 26}, {20, 40})) corner.push_back(cell);
+  EXPECT_EQ(low_objects_of(corner).at(0).kind, ObstacleKind::boundary) << "fills little of its box";
+}
+
+TEST(LowObjects, KeepTheirTrackWhileTheyAreInMemory) {
+  TrackedBlobs run;
+  const auto step = [&](bool is_seen, bool is_in_memory = true) {
+    run.update(is_in_memory ? low_objects_of(low_cells({35, 25}, {36, 26}, 1, is_seen)) : std::vector<Cluster>{}, 0.1);
+    return run.report();
+  };
+  EXPECT_TRUE(step(false).empty()) << "begins where it is seen";
+  EXPECT_FALSE(step(true).at(0).confirmed);
+  step(true);
+  const Obstacle seen{step(true).at(0)};
+  EXPECT_TRUE(seen.confirmed);
+  EXPECT_FALSE(seen.coasting);
+  for (int i{0}; i < 30; ++i) step(false);
+  const Obstacle remembered{step(false).at(0)};
+  EXPECT_EQ(remembered.id, seen.id);
+  EXPECT_TRUE(remembered.confirmed);
+  EXPECT_TRUE(remembered.coasting);
+  EXPECT_NEAR(remembered.unseen_s, 3.1, 1e-6);
+  EXPECT_EQ(remembered.x_m, seen.x_m);
+  EXPECT_EQ(remembered.vx_mps, 0);
+  EXPECT_TRUE(step(false, false).empty());
+}
+
+TEST(LowObjects, LeaveTheTracksOfOthersAlone) {
+  TrackedBlobs run;
+  for (int i{0}; i < 4; ++i) run.update({blob_at(5.2, 0.2)}, 0.1);
+  ASSERT_EQ(run.report().at(0).id, 1);
+  run.update(low_objects_of(low_cells({35, 25}, {36, 26}, 1)), 0.1);
+  const std::vector<Obstacle> found{run.report()};
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_TRUE(found[0].coasting) << "it is not the low one";
+  EXPECT_EQ(found[1].id, 2);
+  EXPECT_TRUE(run.tracker.strips_of(2, {}).empty());
 }
 
 /// Strips of 10 columns from column 0 on, with these disparities and 0.3 px of noise.
