@@ -49,9 +49,10 @@ Gap classify_gap(const TerrainCamera& camera, const TerrainLimits& limits, const
                  const GapFront& front) {
   const float t{rows[1].tangent(static_cast<float>(front.row) + 0.5f)};
   const float h{camera.height_m - front.z};
+  const float line_h{h + front.rise * front.x};  // height over the rising ground's line at x = 0
   Gap gap;
   gap.edge_x = h / t;
-  gap.mark_x = h / rows[1].tangent(static_cast<float>(front.row) + 0.5f + front.window_rows / 2);
+  gap.mark_x = line_h / (rows[1].tangent(static_cast<float>(front.row) + 0.5f + front.window_rows / 2) + front.rise);
   const Landing landing{landing_of(rows, front.row, static_cast<int>(front.window_rows / 2) + 1)};
   if (!landing.is_found) return gap;
   gap.landing_x = camera.range(std::max(landing.at_gap, 0.1f));
@@ -65,7 +66,9 @@ Gap classify_gap(const TerrainCamera& camera, const TerrainLimits& limits, const
   const float smear_m{front.window_rows / 2 * camera.tangent_per_v * gap.landing_x};
   const bool is_far_wall{is_upright && drop_m > std::max(0.3f * limits.step_m, smear_m) &&
                          gap.landing_x - gap.edge_x > 2 * camera.range_sigma(gap.edge_x, front.sigma_px)};
-  if (t >= limits.drop_slope && (drop_m > limits.step_m + 2 * sigma_z || is_far_wall)) {
+  const bool is_face{camera.is_upright(landing.per_row, landing_h + limits.slope * gap.landing_x) &&
+                     (t + front.rise) * gap.landing_x - line_h > limits.step_m + 2 * sigma_z};
+  if (is_face || (t >= limits.drop_slope && (drop_m > limits.step_m + 2 * sigma_z || is_far_wall))) {
     gap.kind = GapKind::drop;
   } else if (drop_m < 0.9f * limits.step_m + sigma_z && !is_upright &&
              gap.landing_x - gap.edge_x < 1.3f * gap.edge_x * limits.step_m / h) {

@@ -29,7 +29,9 @@ struct Gap {
 
 struct GapFront {
   int row;            ///< first row, upwards, with samples behind the gap
+  float x;            ///< last ground, m
   float z;            ///< elevation of the ground at the edge, m
+  float rise;         ///< slope of the ground there where it rises, else 0, tangent
   float sigma_px;     ///< noise of disparities there
   float window_rows;  ///< rows over which the matcher smears a jump
 };

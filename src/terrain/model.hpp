@@ -61,6 +61,11 @@ struct TerrainCamera {
   [[nodiscard]] float slope_of(float per_row, float h, float x) const {
     return (focal_baseline_pxm * tangent_per_v / per_row - h) / x;
   }
+  /// A surface is steeper than any ground: its disparity grows by less than half of B/(h + S·x) per row (2).
+  /// `steepest`: h + S·x, m.
+  [[nodiscard]] bool is_upright(float per_row, float steepest) const {
+    return per_row * steepest < 0.5f * focal_baseline_pxm * tangent_per_v;
+  }
   /// Growth of the disparity per row on a level surface, B/h (2).
   [[nodiscard]] STEREOGRID_HD float level_growth(float h) const { return focal_baseline_pxm * tangent_per_v / h; }
 };

@@ -26,11 +26,9 @@ float RingView::predicted_rows(float z, float slope) const {
   return ((h + half_m) / begin_m - (h - half_m) / end_m) / in->camera.tangent_per_v;
 }
 
-// The foot of an object: the disparity grows by less than half of B/(h + S·x) per row (2).
+// The foot of an object.
 bool RingView::is_upright(int v) const {
-  const TerrainCamera& camera{in->camera};
-  const float steepest{rows.x[v] * (rows.tangent(static_cast<float>(v)) + in->limits.slope)};
-  return rows.growth(v) * steepest < 0.5f * camera.focal_baseline_pxm * camera.tangent_per_v;
+  return in->camera.is_upright(rows.growth(v), rows.x[v] * (rows.tangent(static_cast<float>(v)) + in->limits.slope));
 }
 
 RingSamples RingView::gather(float z, float slope, float tolerance) const {

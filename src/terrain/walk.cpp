@@ -168,7 +168,8 @@ void Walk::step_lost() {
 }
 
 void Walk::meet_gap(int row, float z) {
-  const Gap gap{classify_gap(in_.camera, in_.limits, rows_around(), {row, z, view_.sigma_px, in_.window_rows})};
+  const Gap gap{classify_gap(in_.camera, in_.limits, rows_around(),
+                             {row, state_.x, z, std::max(state_.slope, 0.0f), view_.sigma_px, in_.window_rows})};
   if (gap.kind == GapKind::none) return miss();
   if (gap.kind == GapKind::bridge) {
     cells_[ring_] = {state_.z, state_.slope, TerrainClass::drivable};

@@ -36,7 +36,7 @@ class Gaps : public testing::Test {
     for (int v{horizon + 1}; v < rows; ++v) {
       disparity_[static_cast<std::size_t>(v)] = v > edge ? of_plane(v, 0) : of_plane(v, z, slope, edge_m);
     }
-    return classify_gap(camera_, limits_, {sector(), sector(), sector()}, {edge, 0, sigma_px, 9});
+    return classify_gap(camera_, limits_, {sector(), sector(), sector()}, {edge, edge_m, 0, 0, sigma_px, 9});
   }
 
   TerrainCamera camera_{{640, 360, 425, 320, horizon, 0.2, 1.0, 0, 0}, [] {
@@ -76,11 +76,29 @@ TEST_F(Gaps, UprightWallsBehindAreDropsIfTheyAreFartherThanTheNoise) {
   EXPECT_EQ(classified(5, -10.1f, 20, 1).kind, GapKind::none);
 }
 
+// The line of sight to the edge of a rise is flatter than drop_slope.
+TEST_F(Gaps, UprightWallsBehindARiseAreDropsIfTheyBeginAStepBelowItsLine) {
+  constexpr float rise{0.2f};
+  const auto behind_rise = [&](float wall_m) {
+    const float edge_m{7};
+    const float z{rise * (edge_m - 3)};
+    const int edge{horizon + static_cast<int>((1 - z) / (edge_m * per_row))};
+    for (int v{horizon + 1}; v < rows; ++v)
+      disparity_[static_cast<std::size_t>(v)] = v > edge ? of_plane(v, z, rise, edge_m) : 85 / wall_m;
+    return classify_gap(camera_, limits_, {sector(), sector(), sector()}, {edge, edge_m, z, rise, 0.2f, 9});
+  };
+  const Gap ditch{behind_rise(8.2f)};
+  EXPECT_EQ(ditch.kind, GapKind::drop);
+  EXPECT_NEAR(ditch.mark_x, 6.7, 0.2) << "half of the matcher's window before the edge, on the rise";
+  EXPECT_NE(behind_rise(7.4f).kind, GapKind::drop);
+}
+
 TEST_F(Gaps, OneSectorOfThreeShowsTheSurfaceBehind) {
   static_cast<void>(classified(5, -0.1f, 0, 0.2f));
   std::vector<float> empty(rows);
   const SectorRows none{empty.data(), nullptr, nullptr, nullptr, nullptr, tangent_of(0), per_row, horizon + 1, rows};
-  EXPECT_EQ(classify_gap(camera_, limits_, {none, sector(), none}, {row_over(5), 0, 0.2f, 9}).kind, GapKind::bridge);
+  EXPECT_EQ(classify_gap(camera_, limits_, {none, sector(), none}, {row_over(5), 5, 0, 0, 0.2f, 9}).kind,
+            GapKind::bridge);
 }
 
 }  // namespace

@@ -46,6 +46,10 @@ void PrintTo(const Edge& edge, std::ostream* out) {
   *out << edge.name;
 }
 
+float ditch_in_ramp(float x, float y) {
+  return ramp(2, 8)(x, y) + ditch(6, 1.3f)(x, y);
+}
+
 class Edges : public testing::TestWithParam<Edge> {};
 
 TEST_P(Edges, AreMarkedAndNothingBehindIsDrivable) {
@@ -66,6 +70,7 @@ INSTANTIATE_TEST_SUITE_P(Car, Edges,
                                          Edge{"stairs down at 5 m", stairs(5, -0.17f), 5, 20, false},
                                          Edge{"ditch 0.6 m at 4 m", ditch(4, 0.6f), 4, 6, false},
                                          Edge{"ditch 1 m at 5.5 m", ditch(5.5f, 1), 5.5, 7.5, false},
+                                         Edge{"ditch 1.3 m in a ramp", ditch_in_ramp, 6, 7.8, false},
                                          Edge{"robot, 0.1 m at 1 m", step(1, -0.1f), 1, 6, true},
                                          Edge{"robot, 0.9 m at 1.8 m", step(1.8f, -0.9f), 1.8, 6, true}));
 
