@@ -44,18 +44,20 @@ class Walk {
     const int last{in_.samples.sectors() - 1};
     return {in_.samples.rows(std::max(sector_ - 1, 0)), rows_, in_.samples.rows(std::min(sector_ + 1, last))};
   }
-  void end_at(GapKind kind, float mark_x, int seen, float fall_m);
+  void end_at(GapKind kind, float mark_x, int seen, int landing, float fall_m);
   bool meet_trench();
   void set_ground(float z);
   [[nodiscard]] float widest_gap() const;
   void fill_missing(float z);
   void set_obstacle(const RingSamples& samples);
   void miss();
+  [[nodiscard]] const PolarCell* ground_beside(View<const SectorWalk> walks, int round, int offset) const;
   [[nodiscard]] bool has_wide_front(View<const SectorWalk> walks, int round) const;
   /// The right camera sees too few columns of the sector's ground in this ring.
   [[nodiscard]] bool is_blind() const {
     return static_cast<float>((sector_ + 1) * sector_px - samples_min) < in_.camera.focal_baseline_pxm / view_.begin_m;
   }
+  [[nodiscard]] int ring_at(float x) const { return in_.rings.at_disparity(in_.camera.focal_baseline_pxm / x); }
   [[nodiscard]] bool is_beyond(float disparity_px) const {
     return in_.camera.focal_baseline_pxm < disparity_px * view_.x;
   }
@@ -118,42 +120,47 @@ void Walk::miss() {
   state_.is_alive = false;
 }
 
-// Ground of rounds before beside the sector that is as wide as a passage.
+// Ground of rounds before in another sector; nullptr: none.
+const PolarCell* Walk::ground_beside(View<const SectorWalk> walks, int round, int offset) const {
+  const int beside{sector_ + offset};
+  if (beside < 0 || beside >= all_cells_.height) return nullptr;
+  const PolarCell& cell{all_cells_(ring_, beside)};
+  return cell.is_ground() && walks(beside, 0).round != round ? &cell : nullptr;
+}
+
+// Such ground to one side is as wide as a passage.
 bool Walk::has_wide_front(View<const SectorWalk> walks, int round) const {
   const float sector_m{sector_px * view_.x / in_.camera.focal_px};
-  const auto is_ground = [&](int beside) {
-    return beside >= 0 && beside < all_cells_.height && all_cells_(ring_, beside).is_ground() &&
-           walks(beside, 0).round != round;
-  };
   for (const int side : {-1, 1}) {
     int count{0};
-    while (is_ground(sector_ + side * (count + 1))) ++count;
+    while (ground_beside(walks, round, side * (count + 1)) != nullptr) ++count;
     if (static_cast<float>(count) * sector_m >= passage_width * in_.limits.height_m) return true;
   }
   return false;
 }
 
-// Continues from ground of rounds before in two neighbours; behind an edge, not within its smear.
+// Continues from ground of rounds before in two neighbours; behind an edge, not within its smear. Behind a confirmed
+// one nothing is visible before the landing.
 bool Walk::take_over(View<const SectorWalk> walks, int round) {
   const bool is_behind_edge{walk_.end != no_ring && ring_ >= walk_.end};
   if (is_blind() || (is_behind_edge && ring_ <= walk_.end_seen + 1)) return false;
+  const bool is_behind_confirmed{is_behind_edge && is_end_confirmed(sector_, walks)};
+  if (is_behind_confirmed && ring_ <= walk_.landing) return false;
   float sum{0};
   float slopes{0};
   int count{0};
   for (const int offset : {-2, -1, 1, 2}) {
-    const int beside{sector_ + offset};
-    if (beside < 0 || beside >= all_cells_.height) continue;
-    const PolarCell& cell{all_cells_(ring_, beside)};
-    if (!cell.is_ground() || walks(beside, 0).round == round) continue;
-    sum += cell.elevation_m;
-    slopes += cell.slope;
+    const PolarCell* const cell{ground_beside(walks, round, offset)};
+    if (cell == nullptr) continue;
+    sum += cell->elevation_m;
+    slopes += cell->slope;
     ++count;
   }
-  if (count < 2 || (is_behind_edge && !has_wide_front(walks, round))) return false;
+  if (count < 2 || (is_behind_confirmed && !has_wide_front(walks, round))) return false;
   const float z{sum / static_cast<float>(count)};
   const float slope{slopes / static_cast<float>(count)};
   const float across_m{1.5f * sector_px * view_.x / in_.camera.focal_px};
-  const float nearest{0.5f * in_.limits.step_m + in_.limits.slope * across_m + view_.sigma(z, slope)};
+  const float nearest{in_.limits.slope * across_m + 1.25f * view_.sigma(z, slope)};
   const RingSamples samples{view_.gather(z, slope, nearest)};
   if (!view_.has_ground(samples, z, slope) || (view_.is_checked() && view_.has_obstacle(samples, z))) return false;
   state_ = {view_.x, samples.ground_z / static_cast<float>(samples.ground), slope, 0, 0, true, false, false};
@@ -177,23 +184,27 @@ void Walk::meet_gap(int row, float z) {
     state_ = {gap.landing_x, gap.landing_z, slope, gap.landing_x, 0, true, false, false};
     return;
   }
-  end_at(gap.kind, gap.mark_x, ring_, std::max(state_.z - gap.landing_z, 0.0f));
+  end_at(gap.kind, gap.mark_x, ring_, ring_at(gap.landing_x), std::max(state_.z - gap.landing_z, 0.0f));
 }
 
 bool Walk::meet_trench() {
-  if (ring_ != walk_.trench || !(walk_.is_trench_sure || view_.is_checked())) return false;
-  end_at(GapKind::drop, view_.begin_m, walk_.trench_wall, walk_.trench_fall_m);
+  const std::optional<Trench>& trench{walk_.trench};
+  if (!trench || ring_ != ring_at(trench->edge_x) || !(trench->is_sure || view_.is_checked())) return false;
+  const int wall{std::max(ring_at(trench->wall_x), ring_)};
+  end_at(GapKind::drop, view_.begin_m, wall, wall, trench->fall_m);
   return true;
 }
 
-// The nearest edge of a sector counts. `seen`: last ring of the mark.
-void Walk::end_at(GapKind kind, float mark_x, int seen, float fall_m) {
+// The nearest edge of a sector counts. `seen`: last ring of the mark. `landing`: ring of the first visible surface
+// behind it.
+void Walk::end_at(GapKind kind, float mark_x, int seen, int landing, float fall_m) {
   cells_[ring_].kind = TerrainClass::hidden;
   state_.is_alive = false;
   if (walk_.end != no_ring) return;
   walk_.end = ring_;
   while (walk_.end > 0 && in_.rings.begin_m(walk_.end) > mark_x) --walk_.end;
   walk_.end_seen = seen;
+  walk_.landing = landing;
   // the surface before the image may have any height
   walk_.end_kind = state_.x < in_.rings.begin_m(0) ? GapKind::unknown : kind;
   walk_.end_fall_m = fall_m;
@@ -239,13 +250,7 @@ void walk_sector(const WalkInput& input, int sector, const std::optional<Trench>
                  SectorWalk& walk) {
   std::fill_n(cells.row(sector), input.rings.count(), PolarCell{});
   walk = {};
-  if (trench) {
-    walk.trench = input.rings.at_disparity(input.camera.focal_baseline_pxm / trench->edge_x);
-    walk.trench_wall =
-        std::max(input.rings.at_disparity(input.camera.focal_baseline_pxm / trench->wall_x), walk.trench);
-    walk.trench_fall_m = trench->fall_m;
-    walk.is_trench_sure = trench->is_sure;
-  }
+  walk.trench = trench;
   walk.state.x = 0.5f * input.rings.begin_m(0);
   walk.state.z = input.prior.elevation(walk.state.x);
   walk.state.slope = input.prior.slope;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <optional>
 
 #include "stereogrid/grid.hpp"
 #include "stereogrid/image.hpp"
@@ -43,13 +44,11 @@ struct SectorWalk {
   int blocked{no_ring};   ///< ring of the obstacle that the walk met last
   int end{no_ring};       ///< ring of an edge behind which the ground is hidden
   int end_seen{no_ring};  ///< ring in which the gap was met: behind `end` by the matcher's smear
+  int landing{no_ring};   ///< ring of the first visible surface behind it
   GapKind end_kind{GapKind::unknown};
-  float end_fall_m{0};             ///< visible fall of the surface behind the edge
-  int end_confirmations{0};        ///< number of the six neighbours that must confirm the edge
-  int trench{no_ring};             ///< ring of a trench's edge
-  int trench_wall{no_ring};        ///< ring of its far wall
-  float trench_fall_m{0};          ///< visible part of the wall
-  bool is_trench_sure{false};      ///< it ends walks beyond checked_rings, too
+  float end_fall_m{0};       ///< visible fall of the surface behind the edge
+  int end_confirmations{0};  ///< number of the six neighbours that must confirm the edge
+  std::optional<Trench> trench{};
   int block_confirmations{0};      ///< number of neighbours that must confirm `blocked`
   bool is_block_confirmed{false};  ///< enough neighbours confirm `blocked`
   int round{0};                    ///< last round of spread_ground() that continued the walk
@@ -69,6 +68,9 @@ struct WalkInput {
 /// Walks along one sector from the vehicle outwards, until it loses the ground. `trench`: the sector's.
 void walk_sector(const WalkInput& input, int sector, const std::optional<Trench>& trench, View<PolarCell> cells,
                  SectorWalk& walk);
+
+/// Enough neighbours have their edges near that of the sector.
+[[nodiscard]] bool is_end_confirmed(int sector, View<const SectorWalk> walks);
 
 /// Compares the obstacle that ended a walk with those of its neighbours, once all sectors have been walked.
 void confirm_block(int sector, View<SectorWalk> walks);

@@ -101,6 +101,16 @@ TEST(Terrain, TrenchesAreDropsThoughTheMatcherSmearsTheirEdges) {
   EXPECT_GE(drivable_share(vehicle, kerb, vehicle.near_m, 8), 0.99);
 }
 
+TEST(Terrain, NothingIsVisibleBetweenAnEdgeAndTheSurfaceBehindIt) {
+  const Vehicle vehicle{car()};
+  const HeightField beside{[](float x, float y) { return y > 1 ? ditch_in_ramp(x, y) : ramp(2, 8)(x, y); }};
+  const Seen seen{walked(vehicle, smeared(disparity_of(vehicle.rig, beside)))};
+  for_cells(vehicle, 6.4, 7.2, [&](int ix, int iy, Point2 place) {
+    if (place.y < 1.4) return;
+    EXPECT_NE(seen.kind(ix, iy), TerrainClass::drivable) << place.x << " " << place.y;
+  });
+}
+
 TEST(Terrain, WaysBetweenEdgesAreAsWideAsAVehicleIsHigh) {
   const Vehicle vehicle{car()};
   const auto bridge = [](float width_m) {
