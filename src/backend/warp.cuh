@@ -3,6 +3,13 @@
 
 #include "backend/cuda.hpp"
 
+/// Before a loop of few rounds, whose body is not to be repeated.
+#if defined(__CUDACC__)
+#define STEREOGRID_ROLLED _Pragma("unroll 1")
+#else
+#define STEREOGRID_ROLLED
+#endif
+
 namespace stereogrid {
 
 constexpr int warp{32};  ///< threads

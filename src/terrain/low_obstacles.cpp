@@ -62,8 +62,7 @@ LowObstacleFinder::LowObstacleFinder(const Rig& level_rig, int window_cells)
       moments_{window_cells, window_cells},
       sums_(static_cast<std::size_t>(window_cells)),
       planes_{window_cells, window_cells},
-      seen_{window_cells, window_cells},
-      is_beside_tall_{window_cells, window_cells} {
+      seen_{window_cells, window_cells} {
   found_.reserve(std::min(seen_.size(), samples_.size()));
 }
 
@@ -169,23 +168,28 @@ void LowObstacleFinder::set_levels(std::span<const float> noise_px, int iy) {
 
 // Weights of the cells' levels, and their sums along the row.
 void LowObstacleFinder::sum_along(int iy, int pass) {
-  const int reach{model_->reach};
+  const LowModel& model{*model_};
+  const int reach{model.reach};
+  const float* const levels{level_m_.row(iy)};
+  const float* const noises{noise_m_.row(iy)};
+  const LowPlane* const planes{planes_.row(iy)};
+  Weight* const weights{weights_.row(iy)};
+  RowMoments* const moments{moments_.row(iy)};
   RowMoments sum{};
   for (int ix{columns_.begin}; ix < columns_.end + reach; ++ix) {
     const int removed{ix - 2 * reach - 1};
-    if (removed >= columns_.begin && weights_(removed, iy).n != 0) sum.add(weights_(removed, iy), removed, -1);
+    if (removed >= columns_.begin && weights[removed].n != 0) sum.add(weights[removed], removed, -1);
     if (ix < columns_.end) {
-      const float level{level_m_(ix, iy)};
-      Weight& weight{weights_(ix, iy)};
+      const float level{levels[ix]};
+      Weight& weight{weights[ix]};
       weight = {0, 0};
       if (!std::isnan(level)) {
-        weight =
-            model_->weighted<double>(pass, model_->places.x_of(ix, iy), level, planes_(ix, iy).z, noise_m_(ix, iy));
+        weight = model.weighted<double>(pass, model.places.x_of(ix, iy), level, planes[ix].z, noises[ix]);
         sum.add(weight, ix, 1);
       }
     }
     const int middle{ix - reach};
-    if (middle >= columns_.begin) moments_(middle, iy) = sum;
+    if (middle >= columns_.begin) moments[middle] = sum;
   }
 }
 
@@ -249,22 +253,21 @@ bool LowObstacleFinder::is_small(int ix, int iy) const {
 
 void LowObstacleFinder::mark_beside_tall(int ix, int iy) {
   const int reach{model_->tall_reach};
-  const int first{std::max(ix - reach, columns_.begin)};
-  for (int y{std::max(iy - reach, rows_.begin)}; y <= std::min(iy + reach, rows_.end - 1); ++y)
-    std::fill(is_beside_tall_.row(y) + first, is_beside_tall_.row(y) + std::min(ix + reach + 1, columns_.end), 1);
+  for (int y{std::max(iy - reach, rows_.begin)}; y <= std::min(iy + reach, rows_.end - 1); ++y) {
+    for (int x{std::max(ix - reach, columns_.begin)}; x <= std::min(ix + reach, columns_.end - 1); ++x)
+      seen_(x, y).is_beside_tall = true;
+  }
 }
 
 void LowObstacleFinder::check() {
-  for_cells([this](int ix, int iy) { is_beside_tall_(ix, iy) = 0; });
   for_cells([this](int ix, int iy) {
     if (seen_(ix, iy).is_tall) mark_beside_tall(ix, iy);
   });
   found_.clear();
   for_cells([this](int ix, int iy) {
     const LowSeen& seen{seen_(ix, iy)};
-    const bool is_beside_tall{is_beside_tall_(ix, iy) != 0};
-    if (seen.count == 0 || (LowModel::is_obstacle(seen, is_beside_tall) && is_small(ix, iy))) return;
-    found_.push_back(LowModel::cell(ix, iy, seen, is_beside_tall, noise_m_(ix, iy)));
+    if (seen.count == 0 || (LowModel::is_obstacle(seen, seen.is_beside_tall) && is_small(ix, iy))) return;
+    found_.push_back(LowModel::cell(ix, iy, seen, seen.is_beside_tall, noise_m_(ix, iy)));
   });
 }
 

@@ -66,12 +66,12 @@ __global__ void sort_samples(const LowFrameOnDevice* frame, View<const float, De
   for_sample(*frame, obstacle, road, [=](int cell, std::int16_t z) { sorted[atomicAdd(&ends[cell], 1)] = z; });
 }
 
-// Number of the samples for which `is_counted`; all lanes of the warp together.
+// Number of the samples for which `is_counted`, up to 32 in most cells; all lanes of the warp together.
 template <class IsCounted>
 __device__ int count_of(const std::int16_t* samples, int size, const IsCounted& is_counted) {
   const int lane{static_cast<int>(threadIdx.x) % warp};
   int count{0};
-  for (int first{0}; first < size; first += warp) {
+  STEREOGRID_ROLLED for (int first{0}; first < size; first += warp) {
     const int i{first + lane};
     count += __popc(__ballot_sync(whole_warp, i < size && is_counted(samples[i])));
   }

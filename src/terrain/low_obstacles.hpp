@@ -46,7 +46,7 @@ class LowObstacleFinder {
   }
   [[nodiscard]] std::size_t memory_bytes() const {
     return memory_bytes_of(samples_, read_, sorted_, ranges_, level_m_, top_m_, noise_m_, weights_, moments_, sums_,
-                           planes_, seen_, is_beside_tall_, found_);
+                           planes_, seen_, found_);
   }
 
  private:
@@ -109,7 +109,6 @@ class LowObstacleFinder {
   std::vector<Moments> sums_;  // moments of a row's cells
   Image<LowPlane> planes_;
   Image<LowSeen> seen_;
-  Image<std::uint8_t> is_beside_tall_;
   std::vector<LowCell> found_;
 };
 

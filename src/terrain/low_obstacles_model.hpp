@@ -68,8 +68,9 @@ struct LowSeen {
   int count;  ///< samples, up to HeightMemory::samples_enough; 0: none, or wrong ones
   int high;   ///< samples over the ground
   bool is_high;
-  bool is_tall;  ///< rays show it
-  float height;  ///< upper decile over the plane, in units of what the matcher leaves of a step
+  bool is_tall;         ///< rays show it
+  bool is_beside_tall;  ///< it or a neighbour is; on the CPU
+  float height;         ///< upper decile over the plane, in units of what the matcher leaves of a step
 };
 
 /// A cell of the window whose samples count.
