@@ -178,10 +178,12 @@ void Walk::meet_gap(int row, float z) {
   const Gap gap{classify_gap(in_.camera, in_.limits, rows_around(),
                              {row, state_.x, z, std::max(state_.slope, 0.0f), view_.sigma_px, in_.window_rows})};
   if (gap.kind == GapKind::none) return miss();
-  if (gap.kind == GapKind::bridge) {
+  // bridges without ground between them are one fall
+  const float before_z{state_.x > state_.reached ? state_.z : state_.before_z};
+  if (gap.kind == GapKind::bridge && before_z - gap.landing_z < in_.limits.step_m + 2 * view_.sigma(z, state_.slope)) {
     cells_[ring_] = {state_.z, state_.slope, TerrainClass::drivable};
     const float slope{std::abs(gap.slope) < in_.limits.slope ? gap.slope : 0.0f};
-    state_ = {gap.landing_x, gap.landing_z, slope, gap.landing_x, 0, true, false, false};
+    state_ = {gap.landing_x, gap.landing_z, slope, gap.landing_x, 0, true, false, false, before_z};
     return;
   }
   end_at(gap.kind, gap.mark_x, ring_, ring_at(gap.landing_x), std::max(state_.z - gap.landing_z, 0.0f));

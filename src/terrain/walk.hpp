@@ -34,6 +34,7 @@ struct WalkState {
   bool is_alive{true};     ///< the ground is connected with the vehicle's footprint
   bool is_blocked{false};  ///< an obstacle ended the walk
   bool is_firm{true};      ///< no gap between the footprint and the ground
+  float before_z{0};       ///< elevation of the ground before the bridge to this one; x = reached: there is one
 
   [[nodiscard]] float elevation(float at_x) const { return z + slope * (at_x - x); }
 };

@@ -111,6 +111,19 @@ TEST(Terrain, NothingIsVisibleBetweenAnEdgeAndTheSurfaceBehindIt) {
   });
 }
 
+// The smear of an edge that lies aslant is a flight of steps, each lower than what a wheel climbs.
+TEST(Terrain, BridgesWithoutGroundBetweenThemAreOneFall) {
+  const Vehicle vehicle{car()};
+  const HeightField pit{[](float x, float y) { return y > 1 && x > 4 + 0.6f * y ? -0.3f : 0.0f; }};
+  const Seen seen{walked(vehicle, smeared(disparity_of(vehicle.rig, pit)))};
+  Share drivable;
+  for_cells(vehicle, 4.5, 8, [&](int ix, int iy, Point2 place) {
+    if (place.y < 1.4 || place.x < 4.5 + 0.6 * place.y) return;
+    drivable.add(seen.kind(ix, iy) == TerrainClass::drivable);
+  });
+  EXPECT_LE(drivable.value(), 0.3) << "0.56 where each bridge counts alone";
+}
+
 TEST(Terrain, WaysBetweenEdgesAreAsWideAsAVehicleIsHigh) {
   const Vehicle vehicle{car()};
   const auto bridge = [](float width_m) {
