@@ -93,20 +93,21 @@ struct LowModel {
   static constexpr float full_weight{64};    ///< weight of a cell that is on the plane
   static constexpr int plane_passes{3};
 
-  // Shares were chosen on single kinds of terrain, random layouts of seeds 701 to 708, and the recordings.
+  // Shares were chosen on flat floors, rubble, the course and random layouts of seeds 401 to 440 and 701 to 708.
 
   /// Half the side of the square whose cells the plane goes through, in heights of the vehicle.
   static constexpr float plane_reach{0.6f};
   /// The matcher's window lowers small stones of a step's height to this share.
-  static constexpr float matched_share{0.7f};
+  static constexpr float matched_share{0.75f};
   static constexpr float matched_mean{0.53f};  ///< the same of its mean over frames
   /// Standard deviations of a sample's height that are noise.
   static constexpr float sigmas{2.5f};
   /// Highest levels of ground over the plane, as a share of a step and in standard deviations.
   static constexpr float plane_share{0.1f};
   static constexpr float plane_sigmas{0.5f};
+  static constexpr float plane_below{2};  ///< lowest ones of the last pass below it, relative to these
   /// Least height of an obstacle relative to the depth of the lowest level around it: errors are on both sides.
-  static constexpr float depths{2};
+  static constexpr float depths{2.25f};
   /// Distance around tall obstacles: a walker moves as far in a frame, and the matcher smears as far.
   static constexpr float tall_reach_m{0.2f};
 
@@ -166,17 +167,18 @@ struct LowModel {
     const float place{Min(camera.focal_baseline_pxm / x * Rings::places_per_px, last_place)};
     return camera.elevation_sigma(camera.height_m, x, noise_px[static_cast<int>(Max(place, 0.0f))]);
   }
-  /// Weight of a level. At first levels near the frame's plane count, then those near the plane of the pass before,
-  /// without cells over it: a field of stones, or a kerb, would raise the plane.
+  /// Weight of a level. At first levels near the frame's plane count, then those near the plane of the pass before.
+  /// Cells over it, as a kerb, would raise it, errors below it would lower it.
   [[nodiscard]] STEREOGRID_HD float weight_of(int pass, float x, float level, float plane, float noise) const {
     if (pass == 0) {
       const float share{level / (3 * limits.step_m + 0.15f * x)};
       return 1 / (1 + share * share * share * share);
     }
     const float over{level - plane};
-    const float lowest{-2 * Max(matched_share * limits.step_m, sigmas * noise)};
     const float highest{Max(plane_share * limits.step_m, plane_sigmas * noise)};
-    return over > lowest && over < highest ? 1.0f : 0.02f;
+    const float lowest{pass == plane_passes - 1 ? -plane_below * highest
+                                                : -2 * Max(matched_share * limits.step_m, sigmas * noise)};
+    return over >= highest ? 0.0f : over > lowest ? 1.0f : 0.02f;
   }
   /// A level with its weight.
   template <class Number>
@@ -212,8 +214,7 @@ struct LowModel {
     const float rise_m{std::sqrt(plane.east * plane.east + plane.north * plane.north)};
     const float range_noise{noise * x / camera.height_m};
     const float matched_m{matched_step_m(camera.tangent_per_v * x)};
-    return {x, plane.z + plane_sigmas * noise,  // levels left out lower the plane
-            matched_m,
+    return {x, plane.z, matched_m,
             Max(Max(Max(matched_share * limits.step_m, matched_m), sigmas * noise),
                 2 * Min(rise_m / cell_m, limits.slope) * range_noise)};
   }
