@@ -9,7 +9,7 @@
 namespace stereogrid {
 namespace {
 
-constexpr float none{std::numeric_limits<float>::quiet_NaN()};
+constexpr float no_ground_m{std::numeric_limits<float>::quiet_NaN()};
 // Lengths in heights of the vehicle.
 constexpr float half_width{1.4f};  ///< least half width of wide ground
 constexpr float slope_base{1.4f};  ///< length over which a slope is measured
@@ -98,7 +98,7 @@ void TerrainRelief::profile(int sector, const TerrainCamera& camera, const Rings
                             const PolarCell* cells) {
   for (int ring{0}; ring < rings.count(); ++ring) {
     const PolarCell& cell{cells[ring]};
-    elevation_m_(ring, sector) = none;
+    elevation_m_(ring, sector) = no_ground_m;
     if (!cell.is_ground() || !cell.is_firm) continue;
     const float x{rings.middle_m(ring)};
     const float noise_m{camera.height_sigma(camera.height_m - cell.elevation_m, cell.slope, x, sigma_px[ring])};
@@ -126,7 +126,7 @@ float TerrainRelief::wide_ground(int sector, int ring, int reach, float rise_per
   const int first{std::max(sector - reach, 0)};
   const int last{std::min(sector + reach, elevation_m_.height() - 1)};
   const auto is_most = [&](int sectors) { return 2 * sectors > last + 1 - first; };
-  if (!is_most(ground_before_(last + 1, ring) - ground_before_(first, ring))) return none;
+  if (!is_most(ground_before_(last + 1, ring) - ground_before_(first, ring))) return no_ground_m;
   if (is_most(level_before_(last + 1, ring) - level_before_(first, ring))) return 0;  // the median is 0 but for noise
   std::array<float, 2 * reach_max + 1> around{};
   std::size_t count{0};
@@ -141,7 +141,7 @@ float TerrainRelief::wide_ground(int sector, int ring, int reach, float rise_per
     const float most{noise_m_(ring, 0) + rise_per_sector * static_cast<float>(std::abs(i - sector))};
     reached += std::abs(elevation_m_(ring, i) - *middle) < most ? 1 : 0;  // false: none
   }
-  return is_most(reached) ? *middle : none;
+  return is_most(reached) ? *middle : no_ground_m;
 }
 
 // Wide ground that continues the ground before it. Rings in front of an obstacle, which the matcher's smear raises, are
@@ -150,7 +150,7 @@ void TerrainRelief::connect(int sector, const TerrainCamera& camera, const Rings
   GroundLine line{ground_m_.row(sector), rings, prior_, limits_.height_m};
   for (int ring{0}; ring < rings.count(); ++ring) {
     float& ground{ground_m_(ring, sector)};
-    ground = none;
+    ground = no_ground_m;
     if (ring + 1 < rings.count() && cells[ring + 1].kind == TerrainClass::obstacle) continue;
     const float x{rings.middle_m(ring)};
     const float sector_m{sector_px * x / camera.focal_px};
