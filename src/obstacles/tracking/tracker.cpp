@@ -94,7 +94,8 @@ void Tracker::update(const GridLayers& world, const std::vector<Cluster>& cluste
   associate(clusters, world_from_vehicle);
   const Pose2 vehicle_from_world{inverse(world_from_vehicle)};
   for (Track& track : tracks_) {
-    track.is_merged = track.unseen_s > 0 && !is_held(track) && (track.is_merged || is_replaced(track, clusters));
+    const bool is_missed{track.unseen_s > 0 && !is_held(track) && !track.is_remembered};
+    track.is_merged = is_missed && (track.is_merged || is_replaced(track, clusters));
   }
   merge_movers();
   std::erase_if(tracks_, [&](const Track& track) {
@@ -128,7 +129,7 @@ std::optional<double> Tracker::distance(const Track& track, const Cluster& clust
                                  cluster.centre.y - track.shape.centre.y - track.moved.y)};
   const double gap_m{track.shape.bounds.gap_to(cluster.bounds, track.moved)};
   const double half_m{0.5 * std::max(track.shape.length_m, cluster.length_m)};
-  if (gap_m > gate_m || away_m > gate_m + half_m) return std::nullopt;
+  if (gap_m > (cluster.is_seen ? gate_m : 0) || away_m > gate_m + half_m) return std::nullopt;
   const double longer_m{std::abs(cluster.length_m - track.shape.length_m)};
   if (track.is_merged && std::max(away_m, longer_m) > parted_within_m) return std::nullopt;
   const Point2 velocity{track.motion.velocity()};
@@ -303,7 +304,7 @@ bool Tracker::is_replaced(const Track& track, const std::vector<Cluster>& cluste
   for (const Point2& point : track.shape.outline) {
     const Point2 at{point.x + track.moved.x, point.y + track.moved.y};
     taken += std::any_of(clusters.begin(), clusters.end(), [&](const Cluster& cluster) {
-      return cluster.kind == ObstacleKind::object && !cluster.is_low &&
+      return cluster.kind == ObstacleKind::object && (!cluster.is_low || track.shape.is_low) &&
              cluster.bounds.gap_to({at, at}, {}) < replaced_within_m;
     });
   }

@@ -31,6 +31,30 @@ TEST(Tracker, WhatIsReplacedByAThingThatIsSeenThereIsOver) {
   EXPECT_EQ(run.report().size(), 1u) << "one of them was seen, the other one is a part of it";
 }
 
+Cluster low_object_at(double x, double y, bool is_seen = true) {
+  Cluster cluster{blob_at(x, y)};
+  cluster.is_low = true;
+  cluster.is_seen = is_seen;
+  return cluster;
+}
+
+TEST(Tracker, MemoryOfALowObjectBesideItDoesNotKeepIt) {
+  for (const double beside_m : {0.2, 0.7}) {
+    TrackedBlobs run;
+    for (int step{0}; step < 10; ++step) run.update({low_object_at(3, 0)}, 0.1);
+    for (int step{0}; step < 60; ++step) run.update({low_object_at(3 + beside_m, 0, false)}, 0.1);
+    EXPECT_EQ(run.report().size(), beside_m < 0.6 ? 1u : 0u) << "boxes are 0.6 m long";
+  }
+}
+
+TEST(Tracker, LowObjectsThatBecomeOneAreOne) {
+  TrackedBlobs run{0.5f};
+  for (int step{0}; step < 10; ++step) run.update({low_object_at(3, 0), low_object_at(3.7, 0)}, 0.1);
+  EXPECT_EQ(run.report().size(), 2u);
+  run.update({low_object_at(3.3, 0)}, 0.1);
+  EXPECT_EQ(run.report().size(), 1u);
+}
+
 // Two things seen as one for a while, said once; both have their ids again where they part, unless one was only known
 // for a moment.
 TEST(Tracker, IdsLiveThroughMerges) {
