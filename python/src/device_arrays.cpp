@@ -4,6 +4,8 @@
 #include <nanobind/stl/vector.h>
 
 #include <cstdint>
+#include <exception>
+#include <limits>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -58,7 +60,8 @@ DeviceArray array_of(const nb::dict& fields) {
   array.shape = nb::cast<std::vector<std::int64_t>>(fields["shape"]);
   if (has("strides")) {
     array.strides = nb::cast<std::vector<std::int64_t>>(fields["strides"]);
-    for (std::int64_t& stride : array.strides) stride /= array.dtype == float32 ? 4 : 1;
+    const std::int64_t bytes{array.dtype == float32 ? 4 : 1};
+    for (std::int64_t& stride : array.strides) stride = stride % bytes == 0 ? stride / bytes : 0;  // 0: refused
   } else if (array.shape.size() == 2) {
     array.strides = {array.shape[1], 1};
   }
@@ -93,14 +96,23 @@ View<const T, Device> DeviceArrays::view_of(nb::handle object, const char* name)
     array = array_of(tensor);
     owners_.push_back(std::move(tensor));
   } else {
-    array = array_of(nb::cast<nb::dict>(object.attr(cuda_interface)));
+    try {
+      array = array_of(nb::cast<nb::dict>(object.attr(cuda_interface)));
+    } catch (const std::exception&) {  // errors of Python and of casts
+      throw nb::type_error(fmt::format("{}: neither DLPack nor a valid {} of version 2 or 3 (expected: data, typestr "
+                                       "and shape).",
+                                       name, cuda_interface)
+                               .c_str());
+    }
   }
   const std::string expected{std::is_same_v<T, float> ? float32 : uint8};
   if (array.dtype != expected) {
     throw nb::type_error(
         fmt::format("{}: dtype {} in a GPU's memory (expected {}).", name, array.dtype, expected).c_str());
   }
-  if (array.shape.size() != 2 || array.strides[1] != 1) {
+  const auto is_size = [](std::int64_t size) { return size >= 0 && size <= std::numeric_limits<int>::max(); };
+  if (array.shape.size() != 2 || array.strides.size() != 2 || array.strides[1] != 1 || array.strides[0] == 0 ||
+      !is_size(array.shape[0]) || !is_size(array.shape[1])) {
     throw nb::value_error(
         fmt::format("{}: not (height, width) with the pixels of a row side by side, in a GPU's memory. "
                     "Make it contiguous.",

@@ -362,3 +362,9 @@ def test_arrays_of_a_gpu_that_cannot_be_used(small_scene: sg.Recording) -> None:
         cpu.process(CudaInterface(left[:50]), image)
     with pytest.raises(ValueError, match="right: on another stream"):
         cpu.process(image, CudaInterface(right, stream=2))
+    for strides in ((), (1,), (96, 1, 1)):
+        with pytest.raises(ValueError, match="left: not"):
+            cpu.process(CudaInterface(left, strides=strides), image)
+    for wrong in ({"shape": None}, {"data": None}, {"typestr": 1}, {"stream": "x"}):
+        with pytest.raises(TypeError, match="left: neither DLPack nor a valid __cuda_array_interface__"):
+            cpu.process(CudaInterface(left, **wrong), image)
