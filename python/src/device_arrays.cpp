@@ -24,8 +24,9 @@ bool is_on_device(nb::handle object) {
   if (object.is_none() || PyObject_CheckBuffer(object.ptr()) != 0) return false;
   if (nb::hasattr(object, cuda_interface)) return true;
   if (!nb::hasattr(object, "__dlpack_device__")) return false;
-  const int kind{nb::cast<int>(nb::object{object.attr("__dlpack_device__")()[0]})};
-  return kind == nb::device::cuda::value || kind == nb::device::cuda_managed::value;
+  int kind{0};
+  const bool is_known{nb::try_cast(nb::object{object.attr("__dlpack_device__")()[0]}, kind)};
+  return is_known && (kind == nb::device::cuda::value || kind == nb::device::cuda_managed::value);
 }
 
 /// Array in a GPU's memory; strides in elements.
