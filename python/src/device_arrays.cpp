@@ -3,6 +3,7 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <array>
 #include <cstdint>
 #include <exception>
 #include <limits>
@@ -38,11 +39,15 @@ struct DeviceArray {
   std::uintptr_t stream{0};
 };
 
+/// NumPy's name of a type, such as "float64"; of several lanes "uint8x4".
+std::string name_of(const nb::dlpack::dtype& type) {
+  constexpr std::array names{"int", "uint", "float", "opaque", "bfloat", "complex", "bool"};  // by DLPack's codes
+  const std::string lanes{type.lanes == 1 ? "" : fmt::format("x{}", type.lanes)};
+  return fmt::format("{}{}{}", type.code < names.size() ? names[type.code] : "unknown", type.bits, lanes);
+}
+
 DeviceArray array_of(const nb::ndarray<nb::ro>& tensor) {
-  const nb::dlpack::dtype type{tensor.dtype()};
-  DeviceArray array{reinterpret_cast<std::uintptr_t>(tensor.data()), fmt::format("of {} bits", type.bits)};
-  if (type == nb::dtype<std::uint8_t>()) array.dtype = uint8;
-  if (type == nb::dtype<float>()) array.dtype = float32;
+  DeviceArray array{reinterpret_cast<std::uintptr_t>(tensor.data()), name_of(tensor.dtype())};
   for (std::size_t axis{0}; axis < tensor.ndim(); ++axis) {
     array.shape.push_back(static_cast<std::int64_t>(tensor.shape(axis)));
     array.strides.push_back(tensor.stride(axis));

@@ -30,7 +30,9 @@ class Exclusive {
  public:
   explicit Exclusive(std::atomic_flag& flag) : flag_{flag} {
     if (flag.test_and_set(std::memory_order_acquire)) {
-      throw std::logic_error{"This Pipeline is in use by another thread. Give each thread a pipeline of its own."};
+      throw std::logic_error{
+          "This Pipeline is in use by another thread or called by its own on_grids. Give each thread a pipeline of its "
+          "own, and call it when process() has returned."};
     }
   }
   Exclusive(const Exclusive&) = delete;

@@ -353,7 +353,7 @@ def test_arrays_of_a_gpu_that_cannot_be_used(small_scene: sg.Recording) -> None:
         cpu.process(image, depth=CudaInterface(right.astype(np.float32)))
     with pytest.raises(TypeError, match="left: dtype <f8 in a GPU's memory"):
         cpu.process(CudaInterface(left.astype(float)), image)
-    with pytest.raises(TypeError, match="disparity: dtype of 16 bits in a GPU's memory"):
+    with pytest.raises(TypeError, match="disparity: dtype uint16 in a GPU's memory"):
         cpu.process(image, disparity=Dlpack(left.astype(np.uint16)))
     for shape in (np.repeat(left, 2, 1)[:, ::2], np.zeros((64, 96, 3), np.uint8)):
         with pytest.raises(ValueError, match="left: not"):

@@ -118,6 +118,15 @@ TEST_P(CallersResult, HasItsGridsBeforeItsObstacles) {
   EXPECT_EQ(early.size(), 6u);
 }
 
+TEST_P(CallersResult, OnGridsCannotCallItsPipeline) {
+  Pipeline* inner{nullptr};
+  options_.on_grids = [&inner](const FrameResult&) { inner->reset(); };
+  Wall wall{options_};
+  inner = &wall.pipeline;
+  EXPECT_THAT([&wall] { wall.pipeline.process(wall.frame(0)); },
+              ::testing::ThrowsMessage<std::logic_error>(::testing::HasSubstr("called by its own on_grids")));
+}
+
 INSTANTIATE_TEST_SUITE_P(, CallersResult, ::testing::ValuesIn(back_ends()),
                          [](const auto& run) { return run.param == BackEnd::cpu ? "cpu" : "reference"; });
 
