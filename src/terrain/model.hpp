@@ -52,7 +52,7 @@ struct TerrainCamera {
     return h * x * sigma_px / focal_baseline_pxm;
   }
   /// Noise of the height over a surface of slope s: |h + s·x|·x·σ_d/(f·b) (1).
-  [[nodiscard]] float height_sigma(float h, float slope, float x, float sigma_px) const {
+  [[nodiscard]] STEREOGRID_HD float height_sigma(float h, float slope, float x, float sigma_px) const {
     return elevation_sigma(std::abs(h + slope * x), x, sigma_px);
   }
   /// Distance between two rows on a level surface, x²/(f·h) (3).
@@ -75,7 +75,7 @@ struct FirstGround {
   float z{0};  ///< below the camera
   float slope{0};
 
-  [[nodiscard]] float elevation(float at_x) const { return z + slope * at_x; }
+  [[nodiscard]] STEREOGRID_HD float elevation(float at_x) const { return z + slope * at_x; }
 };
 
 /// `surface`: plane of the nearest visible ground.

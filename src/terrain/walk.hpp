@@ -21,7 +21,7 @@ struct PolarCell {
   TerrainClass kind{TerrainClass::unknown};
   bool is_firm{false};  ///< no gap between the footprint and this ground
 
-  [[nodiscard]] bool is_ground() const { return kind == TerrainClass::drivable; }
+  [[nodiscard]] STEREOGRID_HD bool is_ground() const { return kind == TerrainClass::drivable; }
 };
 
 /// Ground that a sector's walk continues from.
