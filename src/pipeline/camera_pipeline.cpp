@@ -194,10 +194,9 @@ TerrainRules CameraPipeline::find_terrain(CameraFrame& now) {
   FrameTerrain& terrain{*state_.terrain};
   terrain.begin(now.ground.plane, now.ground.matched_on(), place_of(now.grids));
   const auto threads{ranges_of(cpu_)};
-  terrain.place(stages_->find_medians(terrain.sampled()), threads);
+  terrain.set_noise(stages_->begin_walk(terrain.walk_frame()));
   stages_->begin_low_obstacles(terrain.begin_low_obstacles(), terrain.noise_px());
-  stages_->find_trenches(terrain.trenches());
-  terrain.find(threads);
+  terrain.find(stages_->walk(), threads);
   terrain.write(stages_->low_obstacles(), threads, now.result);
   return terrain.rules();
 }

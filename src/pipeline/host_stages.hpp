@@ -60,16 +60,12 @@ class HostStages final : public Stages {
 
   const Matches& read() override { return space_.matches; }
 
-  View<const float> find_medians(const SampledGround& ground) override {
+  const float* begin_walk(const WalkFrame& frame) override {
     const Matches& matches{space_.matches};
-    const View<float> medians{space_.medians.view()};
-    cpu_.for_ranges(medians.height, 8, [&](int begin, int end) {
-      stereogrid::find_medians(matches.obstacle.view(), matches.road.view(), begin, end, ground.first_row, medians);
-    });
-    return medians;
+    return space_.walks.begin(frame, matches.obstacle.view(), matches.road.view(), ranges_of(cpu_));
   }
 
-  void find_trenches(TrenchFilter& trenches) override { trenches.find_all(ranges_of(cpu_)); }
+  WalkedGround<Host> walk() override { return space_.walks.find(ranges_of(cpu_)); }
 
   void begin_low_obstacles(const LowModel& model, std::span<const float> noise_px) override {
     const Matches& matches{space_.matches};

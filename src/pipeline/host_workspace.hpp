@@ -13,7 +13,7 @@
 #include "observation/u_disparity/u_disparity.hpp"
 #include "pipeline/results.hpp"
 #include "terrain/low_obstacles.hpp"
-#include "terrain/samples.hpp"
+#include "terrain/walk.hpp"
 
 namespace stereogrid {
 
@@ -40,7 +40,7 @@ struct HostWorkspace {
   Image<std::uint8_t> aligned_right;
   Matches matches;
   Image<float> heights;             ///< working memory of split_surfaces
-  Image<float> medians;             ///< (row, sector), for GroundModel::terrain
+  SectorWalks walks;                ///< for GroundModel::terrain
   LowObstacleFinder low_obstacles;  ///< likewise
   MatchingWorkspace matching;
   UDisparityTables u_disparity_tables;
@@ -62,8 +62,8 @@ inline HostWorkspace::HostWorkspace(const Config& config, const Rig& level_rig, 
     : aligned_right{level_rig.width_px, level_rig.height_px},
       matches{level_rig.width_px, level_rig.height_px},
       heights{level_rig.width_px, level_rig.height_px},
-      medians{config.ground.model == GroundModel::terrain ? level_rig.height_px : 0,
-              terrain_sectors(level_rig.width_px)},
+      walks{config.ground.model == GroundModel::terrain ? level_rig : Rig{}, rings_of(config).capacity(),
+            config.matching.window_px},
       low_obstacles{config.ground.model == GroundModel::terrain ? level_rig : Rig{},
                     config.ground.model == GroundModel::terrain ? Window{vehicle_grid}.cells() : 0},
       matching{level_rig.width_px, level_rig.height_px, config.matching, threads},
@@ -84,7 +84,7 @@ inline HostWorkspace::HostWorkspace(const Config& config, const Rig& level_rig, 
 }
 
 inline std::size_t HostWorkspace::memory_bytes() const {
-  return memory_bytes_of(aligned_right, matches, heights, medians, low_obstacles, matching, u_disparity_tables,
+  return memory_bytes_of(aligned_right, matches, heights, walks, low_obstacles, matching, u_disparity_tables,
                          u_disparity, projection, rays, filter_tables, observed_world, filtered, next, weighing,
                          block_kinds, part_kinds) +
          (prediction ? sizeof(PredictionWorkspace) + prediction->memory_bytes() : 0);

@@ -22,7 +22,7 @@
 #include "stereogrid/pipeline.hpp"
 #include "terrain/low_obstacles_model.hpp"
 #include "terrain/rules.hpp"
-#include "terrain/trenches.hpp"
+#include "terrain/walk.hpp"
 
 namespace stereogrid {
 
@@ -145,12 +145,11 @@ class Stages {
   /// Waits for match(): disparities, valid at the pixels of MatchLattice only, until the frame is matched again. Any
   /// thread may call this.
   virtual const Matches& read() = 0;
-  /// Medians of the last matches by sector and row, (row, sector), from ground.first_row on: see find_medians(). For
-  /// GroundModel::terrain, and before a second match on a surface; valid until the next match(). A device searches the
-  /// trenches of that ground from now on.
-  virtual View<const float> find_medians(const SampledGround& ground) = 0;
-  /// Sets the trenches of the sectors, in those medians, after TrenchFilter::begin().
-  virtual void find_trenches(TrenchFilter& trenches) = 0;
+  /// Begins the walk over the ground in the last matches, for GroundModel::terrain, and before a second match on a
+  /// surface: a device works on it while the host continues. Returns the noise of its samples by ring, px.
+  virtual const float* begin_walk(const WalkFrame& frame) = 0;
+  /// Waits for it: ground of the frame, until the next begin_walk().
+  virtual WalkedGround<Host> walk() = 0;
   /// Begins the search for low obstacles in the last matches, under the same conditions: a device works on it while the
   /// host continues. `noise_px`: see Terrain::noise_px().
   virtual void begin_low_obstacles(const LowModel& model, std::span<const float> noise_px) = 0;

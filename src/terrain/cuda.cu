@@ -2,7 +2,6 @@
 #include "terrain/cuda.hpp"
 
 #include <utility>
-#include <vector>
 
 #include "numbers.hpp"
 
@@ -67,7 +66,8 @@ __device__ unsigned long long key_of(float gain, int order) {
          (~0U - static_cast<unsigned>(order));
 }
 
-__device__ TrenchSearch search_of(const TrenchFrame& frame, int sector, SearchSpace& space) {
+__device__ TrenchSearch search_of(const TrenchFrame& frame, int sector, const TrenchBounds& bounds,
+                                  SearchSpace& space) {
   const View<const float, Device>& medians{frame.medians};
   for (int v{frame.ground.first_row + static_cast<int>(threadIdx.x)}; v < medians.width; v += search_threads) {
     float sum{0};
@@ -80,7 +80,7 @@ __device__ TrenchSearch search_of(const TrenchFrame& frame, int sector, SearchSp
     space.means()[v] = mean_of_sectors(sum, count);
   }
   if (threadIdx.x == 0) space.best = 0;
-  return {frame.ground, sector, alone_bounds(), frame.margin, space.means()};
+  return {frame.ground, sector, bounds, frame.margin, space.means()};
 }
 
 // Lists the shapes that an edge may have.
@@ -136,7 +136,7 @@ __device__ void search_edges(const TrenchFrame& frame, const TrenchSearch& searc
 __global__ void search_sectors(TrenchFrame frame, std::optional<Trench>* trenches) {
   const int sector{static_cast<int>(blockIdx.x) * TrenchFilter::step};
   SearchSpace& space{*dynamic_shared<SearchSpace>()};
-  const TrenchSearch search{search_of(frame, sector, space)};
+  const TrenchSearch search{search_of(frame, sector, alone_bounds(), space)};
   if (threadIdx.x == 0) trenches[sector] = std::nullopt;
   search_edges(frame, search, frame.medians.width, frame.ground.first_row, 0, space, trenches + sector);
 }
@@ -148,12 +148,40 @@ __global__ void search_between(TrenchFrame frame, std::optional<Trench>* trenche
   const int sector{before + 1 + static_cast<int>(blockIdx.x) % between};
   SearchSpace& space{*dynamic_shared<SearchSpace>()};
   if (threadIdx.x == 0) trenches[sector] = std::nullopt;
-  const TrenchSearch search{search_of(frame, sector, space)};
+  const TrenchSearch search{search_of(frame, sector, alone_bounds(), space)};
   for (const int there : {before, before + TrenchFilter::step}) {
     if (there >= frame.medians.height || !trenches[there]) continue;
     const int row{trenches[there]->row};
     search_edges(frame, search, row + chain_rows, row - chain_rows, there == before ? 0 : frame.medians.width, space,
                  trenches + sector);
+  }
+}
+
+// TrenchFilter::connect, by one block. Few frames have a long chain.
+__global__ void connect_trenches(TrenchFrame frame, std::optional<Trench>* trenches) {
+  SearchSpace& space{*dynamic_shared<SearchSpace>()};
+  const int t{static_cast<int>(threadIdx.x)};
+  const TrenchChains chains{trenches, frame.medians.height};
+  const auto has_any = [&](const auto& is_one) {
+    int found{0};
+    for (int sector{t}; sector < chains.sectors; sector += search_threads)
+      found |= trenches[sector] && is_one(*trenches[sector]) ? 1 : 0;
+    return __syncthreads_or(found) != 0;
+  };
+  if (!has_any([](const Trench&) { return true; })) return;
+  if (t == 0) chains.connect(frame.ground);
+  __syncthreads();
+  if (!has_any([](const Trench& one) { return one.is_sure; })) return;
+  for (const int side : {1, -1}) {
+    for (int i{0}; i < chains.sectors; ++i) {
+      const int sector{side > 0 ? i : chains.sectors - 1 - i};
+      const Trench* const other{chains.extending(sector, side)};
+      if (other == nullptr) continue;
+      const TrenchSearch search{search_of(frame, sector, extension_bounds(), space)};
+      search_edges(frame, search, other->row + chain_rows, other->row - chain_rows, 0, space, trenches + sector);
+      if (t == 0 && trenches[sector]) trenches[sector]->is_sure = true;
+      __syncthreads();
+    }
   }
 }
 
@@ -166,17 +194,6 @@ __global__ void rule_cells(const CellRule* rules, View<float, Device> cells) {
 
 }  // namespace
 
-TerrainOnDevice::TerrainOnDevice(Cuda& cuda, const Rig& level_rig, int window_px, bool has_terrain, float* medians_at)
-    : trench_margin{trench_margin_of(window_px)},
-      medians{has_terrain ? level_rig.height_px : 0, terrain_sectors(level_rig.width_px), medians_at},
-      shapes{trench_shapes},
-      trenches{static_cast<std::size_t>(medians.height())},
-      found{trenches.size()} {
-  const std::vector<TrenchShape> by_rows{trench_shapes_of(window_px)};
-  upload(cuda, by_rows.data(), by_rows.size(), shapes.data());
-  cuda.synchronize();
-}
-
 void find_medians(Cuda& cuda, View<const float, Device> obstacle, View<const float, Device> road,
                   TerrainOnDevice& terrain) {
   launch(cuda, find_sector_medians,
@@ -184,14 +201,15 @@ void find_medians(Cuda& cuda, View<const float, Device> obstacle, View<const flo
          {sectors_per_block, rows_per_block}, 0, obstacle, road, terrain.medians.view());
 }
 
-void find_trenches(Cuda& cuda, const SampledGround& ground, TerrainOnDevice& terrain) {
+void find_trenches(Cuda& cuda, TerrainOnDevice& terrain) {
   const View<const float, Device> medians{std::as_const(terrain.medians).view()};
-  const TrenchFrame frame{ground, medians, terrain.shapes.data(), terrain.trench_margin};
+  const TrenchFrame frame{terrain.frame.ground, medians, terrain.shapes.data(), trench_margin_of(terrain.window_px)};
   const std::size_t shared_bytes{sizeof(SearchSpace) + static_cast<std::size_t>(medians.width) * sizeof(float)};
   const int searched{(medians.height + TrenchFilter::step - 1) / TrenchFilter::step};
-  launch(cuda, search_sectors, searched, search_threads, shared_bytes, frame, terrain.trenches.data());
-  launch(cuda, search_between, medians.height - searched, search_threads, shared_bytes, frame, terrain.trenches.data());
-  download(cuda, terrain.trenches.data(), terrain.trenches.size(), terrain.found.data());
+  std::optional<Trench>* const trenches{terrain.trenches.data()};
+  launch(cuda, search_sectors, searched, search_threads, shared_bytes, frame, trenches);
+  launch(cuda, search_between, medians.height - searched, search_threads, shared_bytes, frame, trenches);
+  launch(cuda, connect_trenches, 1, search_threads, shared_bytes, frame, trenches);
 }
 
 void apply_rules(Cuda& cuda, const CellRule* rules, View<float, Device> cells) {

@@ -12,31 +12,65 @@
 #include "terrain/rules.hpp"
 #include "terrain/samples.hpp"
 #include "terrain/trenches.hpp"
+#include "terrain/walk.hpp"
 
 namespace stereogrid {
 
-/// Terrain's data on the device. Allocated once.
+/// Data of the ground's walk on the device. Allocated once.
 struct TerrainOnDevice {
-  /// Elements of `medians`.
-  static std::size_t medians_of(const Rig& rig) {
-    return static_cast<std::size_t>(terrain_sectors(rig.width_px)) * static_cast<std::size_t>(rig.height_px);
-  }
-  /// `has_terrain` false: without what depends on the image's size. `medians_at`: memory of the medians.
-  TerrainOnDevice(Cuda& cuda, const Rig& level_rig, int window_px, bool has_terrain, float* medians_at);
+  /// `rings`: see Rings::capacity. An empty rig: without terrain.
+  TerrainOnDevice(Cuda& cuda, const Rig& level_rig, int window_px, const Rings& rings);
 
-  int trench_margin;           ///< rows of ground around a trench
+  /// The frame's ground after find_walk(), when the device has finished it.
+  [[nodiscard]] WalkedGround<Host> on_host() {
+    const View<const PolarCell, Device>& cells_there{walked.cells};
+    return {{host_cells.data(), cells_there.width, cells_there.height, cells_there.pitch},
+            {host_walks.data(), cells_there.height, 1, cells_there.height},
+            host_sigma_px.data()};
+  }
+
+  int window_px;
   DeviceImage<float> medians;  ///< (row, sector), px
   DeviceBuffer<TrenchShape> shapes;
   DeviceBuffer<std::optional<Trench>> trenches;  ///< by sector
-  PinnedBuffer<std::optional<Trench>> found;     ///< the same on the host
+  DeviceBuffer<float> borders_m;                 ///< see RingTable
+  DeviceBuffer<std::int16_t> ring_at;
+  DeviceImage<float> x;  ///< see SampleTable
+  DeviceImage<float> z;
+  DeviceImage<std::int16_t> next;
+  DeviceImage<std::int16_t> first;
+  DeviceImage<RingSpread> spread;
+  DeviceImage<bool> upright;
+  DeviceBuffer<SectorRows> rows;
+  DeviceBuffer<float> sigma_px;     ///< by ring
+  DeviceBuffer<int> checked_rings;  ///< see checked_rings_of()
+  DeviceBuffer<PolarCell> cells;    ///< rings of the frame only
+  DeviceBuffer<SectorWalk> walks;
+
+  // the same in pinned memory
+  PinnedBuffer<float> host_borders_m;
+  PinnedBuffer<std::int16_t> host_ring_at;
+  PinnedBuffer<float> host_sigma_px;
+  PinnedBuffer<PolarCell> host_cells;
+  PinnedBuffer<SectorWalk> host_walks;
+
+  // data of a frame
+  WalkFrame frame;              ///< rings on the device
+  WalkedGround<Device> walked;  ///< by find_walk()
 };
 
 /// Medians of all sectors in all rows, as on the CPU.
 void find_medians(Cuda& cuda, View<const float, Device> obstacle, View<const float, Device> road,
                   TerrainOnDevice& terrain);
 
-/// Trenches in the medians, as TrenchFilter::find_all(), to terrain.found.
-void find_trenches(Cuda& cuda, const SampledGround& ground, TerrainOnDevice& terrain);
+/// Begins a frame, as SectorWalks::begin() after the medians: places and noise of the samples, to host_sigma_px.
+void begin_walk(Cuda& cuda, const WalkFrame& frame, TerrainOnDevice& terrain);
+
+/// Trenches in the medians of the frame, as TrenchFilter on the CPU.
+void find_trenches(Cuda& cuda, TerrainOnDevice& terrain);
+
+/// Ground of the frame, as SectorWalks::find() after the trenches: on the device, and to host_cells and host_walks.
+void find_walk(Cuda& cuda, TerrainOnDevice& terrain);
 
 /// Applies rules, row by row without gaps, to `cells`. `rules` is on the device, or in pinned memory.
 void apply_rules(Cuda& cuda, const CellRule* rules, View<float, Device> cells);

@@ -123,13 +123,7 @@ FrameTerrain::FrameTerrain(const Rig& level_rig, const Config& config, const Gri
                            int window_cells)
     : vehicle_grid_{vehicle_grid},
       vehicle_{config.vehicle},
-      terrain_{
-          level_rig,
-          limits_of(config),
-          static_cast<float>(config.grid.cell_size_m),
-          static_cast<float>(std::hypot(std::max(config.grid.length_m, config.grid.rear_m), config.grid.width_m / 2)),
-          config.matching.disparities,
-          config.matching.window_px},
+      terrain_{level_rig, limits_of(config), rings_of(config), config.matching.disparities},
       low_obstacles_{LowModel{level_rig, limits_of(config), config.grid.cell_size_m, window_cells,
                               config.matching.window_px, config.matching.disparities}},
       witness_{config.vehicle.ground_memory_s, window_cells},

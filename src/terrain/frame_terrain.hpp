@@ -34,26 +34,22 @@ class FrameTerrain {
  public:
   FrameTerrain(const Rig& level_rig, const Config& config, const GridGeometry& vehicle_grid, int window_cells);
 
-  /// Begins a frame in which the camera has an image: before place() and find(), see Terrain.
+  /// Begins a frame in which the camera has an image: before set_noise() and find(), see Terrain.
   void begin(const Ground& ground, const Ground& surface, const TerrainPlace& place) {
     move(place);
     terrain_.begin(ground, surface);
   }
-  [[nodiscard]] const SampledGround& sampled() const { return terrain_.sampled(); }
-  /// Trenches of the frame, for Stages::find_trenches() between place() and find().
-  [[nodiscard]] TrenchFilter& trenches() { return terrain_.trenches(); }
-  template <class ForRanges>
-  void place(View<const float> medians, const ForRanges& for_ranges) {
-    terrain_.place(medians, for_ranges);
-  }
-  /// After place(): what the search for low obstacles needs.
+  [[nodiscard]] WalkFrame walk_frame() const { return terrain_.walk_frame(); }
+  /// Sets the noise of the frame's samples, see Stages::begin_walk().
+  void set_noise(const float* sigma_px) { terrain_.set_noise(sigma_px); }
+  /// After set_noise(): what the search for low obstacles needs.
   const LowModel& begin_low_obstacles() {
     return low_obstacles_.begin(terrain_.camera(), place_.window_in_camera, terrain_.checked_m());
   }
   [[nodiscard]] std::span<const float> noise_px() const { return terrain_.noise_px(); }
   template <class ForRanges>
-  void find(const ForRanges& for_ranges) {
-    terrain_.find(for_ranges);
+  void find(const WalkedGround<Host>& walked, const ForRanges& for_ranges) {
+    terrain_.find(walked, for_ranges);
     edges_.clear();
     terrain_.add_edges(edges_);
   }

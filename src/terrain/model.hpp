@@ -46,7 +46,9 @@ struct TerrainCamera {
   }
   [[nodiscard]] STEREOGRID_HD float range(float disparity) const { return focal_baseline_pxm / disparity; }
   /// σ_x = x²·σ_d/(f·b) (1).
-  [[nodiscard]] float range_sigma(float x, float sigma_px) const { return x * x * sigma_px / focal_baseline_pxm; }
+  [[nodiscard]] STEREOGRID_HD float range_sigma(float x, float sigma_px) const {
+    return x * x * sigma_px / focal_baseline_pxm;
+  }
   /// σ_z = h·x·σ_d/(f·b) (1): the error runs along the ray.
   [[nodiscard]] STEREOGRID_HD float elevation_sigma(float h, float x, float sigma_px) const {
     return h * x * sigma_px / focal_baseline_pxm;
@@ -56,14 +58,14 @@ struct TerrainCamera {
     return elevation_sigma(std::abs(h + slope * x), x, sigma_px);
   }
   /// Distance between two rows on a level surface, x²/(f·h) (3).
-  [[nodiscard]] float row_length(float h, float x) const { return x * x * tangent_per_v / h; }
+  [[nodiscard]] STEREOGRID_HD float row_length(float h, float x) const { return x * x * tangent_per_v / h; }
   /// Slope of a surface at x whose disparity grows by `per_row` from row to row: b_v = B/(h + s·x) (2).
-  [[nodiscard]] float slope_of(float per_row, float h, float x) const {
+  [[nodiscard]] STEREOGRID_HD float slope_of(float per_row, float h, float x) const {
     return (focal_baseline_pxm * tangent_per_v / per_row - h) / x;
   }
   /// A surface is steeper than any ground: its disparity grows by less than half of B/(h + S·x) per row (2).
   /// `steepest`: h + S·x, m.
-  [[nodiscard]] bool is_upright(float per_row, float steepest) const {
+  [[nodiscard]] STEREOGRID_HD bool is_upright(float per_row, float steepest) const {
     return per_row * steepest < 0.5f * focal_baseline_pxm * tangent_per_v;
   }
   /// Growth of the disparity per row on a level surface, B/h (2).

@@ -10,6 +10,7 @@
 #include "host_device.hpp"
 #include "memory_bytes.hpp"
 #include "numbers.hpp"
+#include "stereogrid/config.hpp"
 #include "terrain/model.hpp"
 
 namespace stereogrid {
@@ -42,6 +43,7 @@ struct RingTable {
 class Rings : public RingTable {
  public:
   Rings(float cell_m, float farthest_m, int disparities);
+  Rings(Rings&&) = default;
   Rings(const Rings&) = delete;
   Rings& operator=(const Rings&) = delete;
 
@@ -66,6 +68,14 @@ inline Rings::Rings(float cell_m, float farthest_m, int disparities)
       borders_(static_cast<std::size_t>(std::ceil(farthest_m / cell_m)) + 2),
       ring_at_(static_cast<std::size_t>(last_place(disparities)) + 1) {
   static_cast<RingTable&>(*this) = {0, last_place(disparities), borders_.data(), ring_at_.data()};
+}
+
+/// Rings of a configuration.
+inline Rings rings_of(const Config& config) {
+  const GridConfig& grid{config.grid};
+  return {static_cast<float>(grid.cell_size_m),
+          static_cast<float>(std::hypot(std::max(grid.length_m, grid.rear_m), grid.width_m / 2)),
+          config.matching.disparities};
 }
 
 inline void Rings::place(const TerrainCamera& camera, float nearest_m) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "numbers.hpp"
 
@@ -11,8 +12,6 @@ namespace stereogrid {
 namespace {
 
 constexpr int kinds{5};
-/// Standard deviations of the elevation that must not exceed a step.
-constexpr float checked_sigmas{3};
 
 /// Sectors of a cell, by class.
 struct CellSectors {
@@ -45,22 +44,14 @@ struct CellSectors {
 
 }  // namespace
 
-Terrain::Terrain(const Rig& level_rig, const TerrainLimits& limits, float cell_m, float farthest_m, int disparities,
-                 int window_px)
+Terrain::Terrain(const Rig& level_rig, const TerrainLimits& limits, Rings rings, int disparities)
     : rig_{level_rig},
       limits_{limits},
-      window_rows_{static_cast<float>(window_px)},
-      rings_{cell_m, farthest_m, disparities},
-      samples_{level_rig.width_px, level_rig.height_px, rings_.capacity()},
-      sigma_px_(static_cast<std::size_t>(rings_.capacity())),
+      rings_{std::move(rings)},
       noise_px_(static_cast<std::size_t>(rings_.places()) + 1),
       plane_sigma_m_(static_cast<std::size_t>(rings_.capacity())),
-      cells_{rings_.capacity(), samples_.sectors()},
-      walks_{samples_.sectors(), 1},
-      trenches_{level_rig.height_px, samples_.sectors(), window_px},
-      relief_{samples_.sectors(), rings_.capacity(), disparities, level_rig.height_px},
-      reached_{samples_.sectors(), 1},
-      observed_rings_(static_cast<std::size_t>(samples_.sectors())),
+      relief_{terrain_sectors(level_rig.width_px), rings_.capacity(), disparities, level_rig.height_px},
+      observed_rings_(static_cast<std::size_t>(terrain_sectors(level_rig.width_px))),
       camera_{level_rig, {}} {}
 
 void Terrain::begin(const Ground& ground, const Ground& surface) {
@@ -73,32 +64,26 @@ void Terrain::begin(const Ground& ground, const Ground& surface) {
   sampled_ = {camera_, limits_, rig_.width_px, rig_.height_px};
 }
 
-void Terrain::begin_walks() {
-  samples_.measure_noise(rings_.count(), sigma_px_);
+void Terrain::set_noise(const float* sigma_px) {
   for (std::size_t place{0}; place < noise_px_.size(); ++place)
-    noise_px_[place] = sigma_px_[static_cast<std::size_t>(std::max(rings_.at_place(static_cast<int>(place)), 0))];
-  checked_rings_ = 0;
-  bool is_checked{true};
+    noise_px_[place] = sigma_px[std::max(rings_.at_place(static_cast<int>(place)), 0)];
   for (int ring{0}; ring < rings_.count(); ++ring) {
-    const auto r = static_cast<std::size_t>(ring);
     const float x{rings_.middle_m(ring)};
     const float row{static_cast<float>(rig_.cy_px) + static_cast<float>(rig_.focal_px) * camera_.height_m / x};
-    plane_sigma_m_[r] = camera_.elevation_sigma(camera_.height_m, x,
-                                                static_cast<float>(plane_sigma_px(rig_, ground_, rig_.cx_px, row)));
-    is_checked =
-        is_checked && checked_sigmas * camera_.elevation_sigma(camera_.height_m, x, sigma_px_[r]) <= limits_.step_m;
-    if (is_checked) checked_rings_ = ring + 1;
+    plane_sigma_m_[static_cast<std::size_t>(ring)] = camera_.elevation_sigma(
+        camera_.height_m, x, static_cast<float>(plane_sigma_px(rig_, ground_, rig_.cx_px, row)));
   }
+  checked_rings_ = checked_rings_of(sampled_, rings_, sigma_px);
 }
 
 void Terrain::count_observed_rings() {
   const auto is_unknown = [](const PolarCell& cell) {
     return cell.kind == TerrainClass::unknown && std::isnan(cell.elevation_m);
   };
-  for (int sector{0}; sector < samples_.sectors(); ++sector) {
+  for (int sector{0}; sector < sectors(); ++sector) {
     int& ring{observed_rings_[static_cast<std::size_t>(sector)]};
     ring = rings_.count();
-    while (ring > 0 && is_unknown(cells_(ring - 1, sector))) --ring;
+    while (ring > 0 && is_unknown(walked_.cells(ring - 1, sector))) --ring;
   }
 }
 
@@ -137,7 +122,7 @@ PolarGeometry Terrain::polar_geometry(float half_m) const {
           camera_.focal_baseline_pxm,
           static_cast<float>(rig_.cx_px) + 0.5f,
           static_cast<float>(rig_.width_px),
-          samples_.sectors() - 1,
+          sectors() - 1,
           half_m,
           static_cast<float>(rings_.places()),
           Rings::places_per_px};
@@ -151,14 +136,14 @@ bool Terrain::has_no_ground(const PolarPlaces& borders, std::size_t group) const
   const int ring{rings_.at_place(std::max(borders.ring[group], borders.ring[next]))};
   if (!are_ahead || ring == no_ring) return false;
   const int first{std::max(std::min(borders.first[group], borders.first[next]) - 1, 0)};
-  const int last{std::min(std::max(borders.last[group], borders.last[next]) + 1, samples_.sectors() - 1)};
+  const int last{std::min(std::max(borders.last[group], borders.last[next]) + 1, sectors() - 1)};
   return std::all_of(observed_rings_.begin() + first, observed_rings_.begin() + last + 1,
                      [ring](int observed) { return observed <= ring; });
 }
 
 Terrain::RingPart Terrain::part_of(int ring, int first, int last) const {
   CellSectors found;
-  for (int sector{first}; sector <= last; ++sector) found.add(cells_(ring, sector));
+  for (int sector{first}; sector <= last; ++sector) found.add(walked_.cells(ring, sector));
   const auto seen = static_cast<float>(found.seen);
   return {ring, first, last, found.kind(), found.seen > 0, found.elevation_m / seen, found.slope / seen};
 }
@@ -169,15 +154,16 @@ CellGround Terrain::ground_at(float x_m, const RingPart& part) const {
   if (!part.is_seen) return ground;
   const auto r = static_cast<std::size_t>(part.ring);
   ground.elevation_m = part.elevation_m + part.slope * (x_m - rings_.middle_m(part.ring));
-  const float noise{camera_.height_sigma(camera_.height_m - ground.elevation_m, part.slope, x_m, sigma_px_[r])};
+  const float noise{
+      camera_.height_sigma(camera_.height_m - ground.elevation_m, part.slope, x_m, walked_.sigma_px[part.ring])};
   ground.sigma_m = std::sqrt(noise * noise + plane_sigma_m_[r] * plane_sigma_m_[r]);
   return ground;
 }
 
 void Terrain::add_edges(std::vector<EdgePoint>& edges) const {
-  for (int sector{0}; sector < samples_.sectors(); ++sector) {
-    const SectorWalk& walk{walks_(sector, 0)};
-    if (walk.end == no_ring || cells_(walk.end, sector).kind != TerrainClass::drop) continue;
+  for (int sector{0}; sector < sectors(); ++sector) {
+    const SectorWalk& walk{walked_.walks(sector, 0)};
+    if (walk.end == no_ring || walked_.cells(walk.end, sector).kind != TerrainClass::drop) continue;
     const double x{rings_.begin_m(walk.end)};
     const double u{(sector + 0.5) * sector_px - 0.5};
     edges.push_back({sector, {x, (rig_.cx_px - u) * x / rig_.focal_px}, walk.end_fall_m});
@@ -185,9 +171,7 @@ void Terrain::add_edges(std::vector<EdgePoint>& edges) const {
 }
 
 std::size_t Terrain::memory_bytes() const {
-  return memory_bytes_of(rings_, samples_, sigma_px_, noise_px_, plane_sigma_m_, reached_, observed_rings_, cells_,
-                         walks_, relief_) +
-         trenches_.memory_bytes();
+  return memory_bytes_of(rings_, noise_px_, plane_sigma_m_, observed_rings_, relief_);
 }
 
 }  // namespace stereogrid

@@ -15,7 +15,6 @@
 #include "stereogrid/image.hpp"
 #include "terrain/polar_places.hpp"
 #include "terrain/relief.hpp"
-#include "terrain/trenches.hpp"
 #include "terrain/walk.hpp"
 
 namespace stereogrid {
@@ -49,49 +48,29 @@ struct LowObstacleCell {
 class Terrain {
  public:
   /// `farthest_m`: end of the grid, `cell_m`: size of its cells.
-  Terrain(const Rig& level_rig, const TerrainLimits& limits, float cell_m, float farthest_m, int disparities,
-          int window_px);
+  Terrain(const Rig& level_rig, const TerrainLimits& limits, Rings rings, int disparities);
 
   /// Begins a frame. `surface`: plane of the nearest visible ground.
   void begin(const Ground& ground, const Ground& surface);
-  [[nodiscard]] const SampledGround& sampled() const { return sampled_; }
-  /// Places and noise of the frame's samples, after begin(). `medians`: see find_medians(); valid until the end of
-  /// find(). `for_ranges`(count, work): calls work(begin, end) on disjoint parts of [0, count).
+  /// Input of the frame's walks, valid until the next begin().
+  [[nodiscard]] WalkFrame walk_frame() const { return {sampled_, rings_, prior_}; }
+  /// Sets the noise of the frame's samples by ring.
+  void set_noise(const float* sigma_px);
+  /// Ground of the frame, after set_noise(). `walked` must stay valid until the next begin(). `for_ranges`(count,
+  /// work): calls work(begin, end) on disjoint parts of [0, count).
   template <class ForRanges>
-  void place(View<const float> medians, const ForRanges& for_ranges) {
-    samples_.begin(sampled_, medians);
-    trenches_.begin(sampled_, medians);
-    for_ranges(samples_.sectors(), [&](int first, int end) {
-      for (int sector{first}; sector < end; ++sector) samples_.place(sector, rings_);
-    });
-    begin_walks();
-  }
-  /// Trenches of the frame: to be found between place() and find().
-  [[nodiscard]] TrenchFilter& trenches() { return trenches_; }
-  /// Ground of the frame.
-  template <class ForRanges>
-  void find(const ForRanges& for_ranges) {
-    const int sectors{samples_.sectors()};
+  void find(const WalkedGround<Host>& walked, const ForRanges& for_ranges) {
+    walked_ = walked;
+    const float* const sigma_px{walked.sigma_px};
     const auto for_sectors = [&](const auto& work) {
-      for_ranges(sectors, [&](int first, int end) {
+      for_ranges(sectors(), [&](int first, int end) {
         for (int sector{first}; sector < end; ++sector) work(sector);
       });
     };
-    trenches_.connect();
-    for_sectors([&](int sector) {
-      walk_sector(input(), sector, std::as_const(trenches_).at(sector), cells_.view(), walks_(sector, 0));
-    });
-    for_sectors([&](int sector) { confirm_block(sector, walks_.view()); });
-    spread_ground(input(), cells_.view(), walks_.view());
-    const View<const SectorWalk> walks{std::as_const(walks_).view()};
-    for_sectors([&](int sector) { settle_sector(sector, walks, rings_.count(), cells_.row(sector)); });
-    spread_hidden(rings_.count(), cells_.view());
-    fill_streaks(input(), walks, cells_.view());
-    hide_unconnected(input(), cells_.view(), reached_.view());
-    relief_.begin(camera_, limits_, rings_, sigma_px_.data(), prior_);
-    for_sectors([&](int sector) { relief_.profile(sector, camera_, rings_, sigma_px_.data(), cells_.row(sector)); });
+    relief_.begin(camera_, limits_, rings_, sigma_px, prior_);
+    for_sectors([&](int sector) { relief_.profile(sector, camera_, rings_, sigma_px, walked.cells.row(sector)); });
     relief_.count_level(rings_.count());
-    for_sectors([&](int sector) { relief_.fill(sector, camera_, rings_, cells_.row(sector)); });
+    for_sectors([&](int sector) { relief_.fill(sector, camera_, rings_, walked.cells.row(sector)); });
     count_observed_rings();
   }
   /// Edges of the last find(), from left to right: one a sector at most.
@@ -163,26 +142,17 @@ class Terrain {
   [[nodiscard]] PolarGeometry polar_geometry(float half_m) const;
   [[nodiscard]] bool has_no_ground(const PolarPlaces& borders, std::size_t group) const;
   [[nodiscard]] RingPart part_of(int ring, int first, int last) const;
-  void begin_walks();
   void count_observed_rings();
-  [[nodiscard]] WalkInput input() const {
-    return {camera_, limits_, rings_, samples_, sigma_px_.data(), checked_rings_, window_rows_, prior_};
-  }
+  [[nodiscard]] int sectors() const { return static_cast<int>(observed_rings_.size()); }
 
   Rig rig_;
   TerrainLimits limits_;
-  float window_rows_;
   Rings rings_;
-  TerrainSamples samples_;
-  std::vector<float> sigma_px_;       // by ring
   std::vector<float> noise_px_;       // by place
   std::vector<float> plane_sigma_m_;  // by ring: noise of the plane's height
-  Image<PolarCell> cells_;            // (ring, sector)
-  Image<SectorWalk> walks_;           // (sector, 0)
-  TrenchFilter trenches_;
+  WalkedGround<Host> walked_;
   TerrainRelief relief_;
   int checked_rings_{0};
-  Image<std::uint8_t> reached_;      // (sector, 0): a way leads there
   std::vector<int> observed_rings_;  // by sector: up to the last one with a known cell
   Ground ground_;
   FirstGround prior_;

@@ -5,16 +5,11 @@
 #include <array>
 #include <bit>
 #include <cstddef>
-#include <cstdlib>
 
 #include "memory_bytes.hpp"
 
 namespace stereogrid {
 namespace {
-
-constexpr int chain_reach{10};  ///< sectors from one trench of a chain to the next
-constexpr int sure_sectors{9};  ///< least length of a long chain, which is as wide as the vehicle is high
-constexpr int extension_reach{4};
 
 void write_means(View<const float> medians, int first_row, int sector, float* mean) {
   constexpr int block_rows{64};
@@ -97,24 +92,11 @@ void TrenchFilter::find_between(int sector) {
 
 void TrenchFilter::connect() {
   const int sectors{disparity_.height()};
-  for (int sector{0}; sector < sectors; ++sector) {
-    std::optional<Trench>& trench{at(sector)};
-    const Trench* const last{trench ? beside(sector, -1, chain_reach, trench->row) : nullptr};
-    if (last != nullptr) trench->chain = last->chain + 1;
-  }
-  for (int sector{sectors - 1}; sector >= 0; --sector) {
-    std::optional<Trench>& trench{at(sector)};
-    if (!trench) continue;
-    Trench* const last{beside(sector, -1, chain_reach, trench->row)};
-    if (last != nullptr) last->chain = std::max(last->chain, trench->chain);
-    const float width_m{static_cast<float>(trench->chain * sector_px) * trench->edge_x / ground_.camera.focal_px};
-    trench->is_sure = trench->chain >= sure_sectors && width_m >= ground_.limits.height_m;
-    if (!trench->is_sure && trench->rest_px > rest_alone_px) trench.reset();
-  }
+  const TrenchChains chains{found_.data(), sectors};
+  chains.connect(ground_);
   const auto extend = [&](int sector, int side) {
-    if (at(sector)) return;
-    const Trench* const other{beside(sector, -side, extension_reach, no_row)};
-    if (other == nullptr || !other->is_sure) return;
+    const Trench* const other{chains.extending(sector, side)};
+    if (other == nullptr) return;
     at(sector) = best(search(sector, extension_bounds()), other->row + chain_rows, other->row - chain_rows);
     if (at(sector)) at(sector)->is_sure = true;
   };
@@ -125,16 +107,6 @@ void TrenchFilter::connect() {
 TrenchSearch TrenchFilter::search(int sector, const TrenchBounds& bounds) {
   write_means(medians_, ground_.first_row, sector, disparity_.row(sector));
   return {ground_, sector, bounds, margin_, disparity_.row(sector)};
-}
-
-Trench* TrenchFilter::beside(int sector, int side, int reach, int row) {
-  for (int offset{1}; offset <= reach; ++offset) {
-    const int there{sector + side * offset};
-    if (there < 0 || there >= disparity_.height()) break;
-    std::optional<Trench>& trench{at(there)};
-    if (trench && (row == no_row || std::abs(trench->row - row) <= chain_rows)) return &*trench;
-  }
-  return nullptr;
 }
 
 std::optional<Trench> TrenchFilter::best(const TrenchSearch& search, int lowest, int highest) const {

@@ -5,8 +5,8 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdlib>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "host_device.hpp"
@@ -40,7 +40,10 @@ constexpr float rest_floor_px{0.08f};  ///< noise of the mean of sectors
 constexpr float rest_alone_px{0.1f};   ///< largest rest without a long chain
 constexpr float lower_slope{1.3f};     ///< least tangent of the line of sight to lower ground, relative to drop_slope
 constexpr int sectors_beside{3};
-constexpr int chain_rows{3};  ///< rows between the edges of a chain
+constexpr int chain_rows{3};    ///< rows between the edges of a chain
+constexpr int chain_reach{10};  ///< sectors from one trench of a chain to the next
+constexpr int sure_sectors{9};  ///< least length of a long chain, which is as wide as the vehicle is high
+constexpr int extension_reach{4};
 constexpr std::array wall_rows_tried{0, 6, 7, 8, 10, 12, 14, 17, 20, 24};
 constexpr int trench_shapes{static_cast<int>(wall_rows_tried.size())};
 
@@ -163,7 +166,7 @@ struct TrenchBounds {
 STEREOGRID_HD constexpr TrenchBounds alone_bounds() {
   return {0.7f, 1.6f, 130, 70, rest_alone_px, 0.05f};
 }
-constexpr TrenchBounds extension_bounds() {
+STEREOGRID_HD constexpr TrenchBounds extension_bounds() {
   return {0.55f, 2.2f, 60, 40, 0.15f, 0.1f};
 }
 
@@ -249,6 +252,48 @@ struct TrenchSearch {
   }
 };
 
+/// Chains of trenches in neighbouring sectors, for CPU and GPU.
+struct TrenchChains {
+  std::optional<Trench>* found;  ///< by sector
+  int sectors;
+
+  /// Sets the chains' lengths, and drops trenches that need a long one.
+  STEREOGRID_HD void connect(const SampledGround& ground) const {
+    for (int sector{0}; sector < sectors; ++sector) {
+      std::optional<Trench>& trench{found[sector]};
+      const Trench* const last{trench ? beside(sector, -1, chain_reach, trench->row) : nullptr};
+      if (last != nullptr) trench->chain = last->chain + 1;
+    }
+    for (int sector{sectors - 1}; sector >= 0; --sector) {
+      std::optional<Trench>& trench{found[sector]};
+      if (!trench) continue;
+      Trench* const last{beside(sector, -1, chain_reach, trench->row)};
+      if (last != nullptr) last->chain = std::max(last->chain, trench->chain);
+      const float width_m{static_cast<float>(trench->chain * sector_px) * trench->edge_x / ground.camera.focal_px};
+      trench->is_sure = trench->chain >= sure_sectors && width_m >= ground.limits.height_m;
+      if (!trench->is_sure && trench->rest_px > rest_alone_px) trench.reset();
+    }
+  }
+  /// Trench of a long chain before a sector without one, towards `side`: it may extend to the sector. Null: none.
+  [[nodiscard]] STEREOGRID_HD const Trench* extending(int sector, int side) const {
+    if (found[sector]) return nullptr;
+    const Trench* const other{beside(sector, -side, extension_reach, no_row)};
+    return other != nullptr && other->is_sure ? other : nullptr;
+  }
+
+ private:
+  /// Nearest trench to one side of a sector, with its edge near `row`; no_row: in any row.
+  [[nodiscard]] STEREOGRID_HD Trench* beside(int sector, int side, int reach, int row) const {
+    for (int offset{1}; offset <= reach; ++offset) {
+      const int there{sector + side * offset};
+      if (there < 0 || there >= sectors) break;
+      std::optional<Trench>& trench{found[there]};
+      if (trench && (row == no_row || std::abs(trench->row - row) <= chain_rows)) return &*trench;
+    }
+    return nullptr;
+  }
+};
+
 /// Rows of ground on both sides of a trench, of a matcher that smears a jump over `window_rows`.
 constexpr int trench_margin_of(int window_rows) {
   return window_rows + 1;
@@ -287,8 +332,6 @@ class TrenchFilter {
       if (sector % step != 0) find_between(sector);
     });
   }
-  /// Sets them, as find_all() has found them elsewhere.
-  void set(std::span<const std::optional<Trench>> found) { std::ranges::copy(found, found_.begin()); }
   /// Extends long chains of trenches to sectors beside them.
   void connect();
 
@@ -298,8 +341,6 @@ class TrenchFilter {
  private:
   [[nodiscard]] std::optional<Trench>& at(int sector) { return found_[static_cast<std::size_t>(sector)]; }
   [[nodiscard]] TrenchSearch search(int sector, const TrenchBounds& bounds);
-  /// Nearest trench to one side of a sector, with its edge near `row`; no_row: in any row.
-  [[nodiscard]] Trench* beside(int sector, int side, int reach, int row);
   /// The most certain trench with its edge in rows `lowest` to `highest`, upwards.
   [[nodiscard]] std::optional<Trench> best(const TrenchSearch& search, int lowest, int highest) const;
 

@@ -2,289 +2,119 @@
 #include "terrain/walk.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
+#include <utility>
+
+#include "terrain/settle.hpp"
+#include "terrain/walk_steps.hpp"
 
 namespace stereogrid {
-namespace {
 
-/// Longest gap behind which ground at the expected elevation is the same surface.
-constexpr float reconnect_share{0.3f};  ///< relative to the range
-constexpr float slope_memory_m{0.8f};
-constexpr float far_px{14};            ///< wrong matches look like edges more often at smaller disparities
-constexpr float lone_obstacle_px{10};  ///< the same for obstacles in two sectors
+SectorWalks::SectorWalks(const Rig& level_rig, int rings, int window_rows)
+    : window_rows_{static_cast<float>(window_rows)},
+      medians_{level_rig.height_px, terrain_sectors(level_rig.width_px)},
+      x_{level_rig.height_px, medians_.height()},
+      z_{level_rig.height_px, medians_.height()},
+      next_{level_rig.height_px, medians_.height()},
+      first_{rings, medians_.height()},
+      spread_{rings, medians_.height()},
+      rows_(static_cast<std::size_t>(medians_.height())),
+      sigma_px_(static_cast<std::size_t>(rings)),
+      trenches_{level_rig.height_px, medians_.height(), window_rows},
+      cells_{rings, medians_.height()},
+      walks_{medians_.height(), 1},
+      reached_{medians_.height(), 1} {}
 
-class Walk {
- public:
-  Walk(const WalkInput& input, int sector, View<PolarCell> cells, SectorWalk& walk)
-      : in_{input},
-        sector_{sector},
-        rows_{input.samples.rows(sector)},
-        all_cells_{cells},
-        cells_{cells.row(sector)},
-        walk_{walk},
-        state_{walk.state},
-        view_{input, rows_, 0} {}
-  Walk(const Walk&) = delete;
-  Walk& operator=(const Walk&) = delete;
-  ~Walk() { walk_.state = state_; }
-
-  [[nodiscard]] bool is_alive() const { return state_.is_alive; }
-  void enter(int ring) {
-    ring_ = ring;
-    view_ = RingView{in_, rows_, ring};
-  }
-  void step();
-  void step_lost();
-  bool take_over(View<const SectorWalk> walks, int round);
-
- private:
-  void meet_gap(int row, float z);
-  [[nodiscard]] std::array<SectorRows, 3> rows_around() const {
-    const int last{in_.samples.sectors() - 1};
-    return {in_.samples.rows(std::max(sector_ - 1, 0)), rows_, in_.samples.rows(std::min(sector_ + 1, last))};
-  }
-  void end_at(GapKind kind, float mark_x, int seen, int landing, float fall_m);
-  bool meet_trench();
-  void set_ground(float z);
-  [[nodiscard]] float widest_gap() const;
-  void fill_missing(float z);
-  void set_obstacle(const RingSamples& samples);
-  void miss();
-  [[nodiscard]] const PolarCell* ground_beside(View<const SectorWalk> walks, int round, int offset) const;
-  [[nodiscard]] bool has_wide_front(View<const SectorWalk> walks, int round) const;
-  /// The right camera sees too few columns of the sector's ground in this ring.
-  [[nodiscard]] bool is_blind() const {
-    return static_cast<float>((sector_ + 1) * sector_px - samples_min) < in_.camera.focal_baseline_pxm / view_.begin_m;
-  }
-  [[nodiscard]] int ring_at(float x) const { return in_.rings.at_disparity(in_.camera.focal_baseline_pxm / x); }
-  [[nodiscard]] bool is_beyond(float disparity_px) const {
-    return in_.camera.focal_baseline_pxm < disparity_px * view_.x;
-  }
-  const WalkInput& in_;
-  int sector_;
-  const SectorRows& rows_;
-  View<PolarCell> all_cells_;
-  PolarCell* cells_;  ///< cells of the sector
-  SectorWalk& walk_;
-  WalkState state_;
-  int ring_{0};
-  RingView view_;
-};
-
-void Walk::set_ground(float z) {
-  const float dx{view_.x - state_.x};
-  const bool is_first{state_.x < in_.rings.begin_m(0)};
-  const bool is_continued{is_first || dx < widest_gap()};
-  if (is_continued && !is_first) fill_missing(z);
-  state_.is_firm = state_.is_firm && is_continued;
-  const float measured{std::clamp((z - state_.z) / std::max(dx, 1e-3f), -in_.limits.slope, in_.limits.slope)};
-  state_.slope += (measured - state_.slope) * dx / (dx + slope_memory_m);
-  state_.x = view_.x;
-  state_.z = z;
-  state_.missing = 0;
-  cells_[ring_] = {z, state_.slope, TerrainClass::drivable, state_.is_firm};
+SampleTable SectorWalks::samples() {
+  return {frame_.ground, medians_.view(), x_.view(), z_.view(), next_.view(), first_.view(), spread_.view()};
 }
 
-void Walk::set_obstacle(const RingSamples& samples) {
-  cells_[ring_] = {std::max(samples.top, state_.z), 0, TerrainClass::obstacle};
-  state_.is_alive = false;
-  state_.is_blocked = true;
-  walk_.blocked = ring_;
-  walk_.is_block_confirmed = false;
-  // wrong matches hang in the air, or lie at the image's border
-  const bool is_on_seen_ground{samples.is_standing && state_.x >= in_.rings.begin_m(0)};
-  walk_.block_confirmations = !is_on_seen_ground || is_beyond(lone_obstacle_px) ? 2 : is_beyond(far_px) ? 1 : 0;
-}
-
-// Distance of two samples on the present surface, and at least two rings.
-float Walk::widest_gap() const {
-  const float h{in_.camera.height_m - state_.z};
-  const float row{in_.camera.row_length(std::max(h + state_.slope * view_.x, 0.1f * h), view_.x)};
-  return std::max(2.2f * (view_.end_m - view_.begin_m), 1.6f * row);
-}
-
-// Ground between two samples that are no farther apart than the camera's sampling.
-void Walk::fill_missing(float z) {
-  const float dx{view_.x - state_.x};
-  for (int ring{ring_ - state_.missing}; ring < ring_; ++ring) {
-    const float share{(in_.rings.middle_m(ring) - state_.x) / dx};
-    cells_[ring] = {state_.z + share * (z - state_.z), state_.slope, TerrainClass::drivable, state_.is_firm};
+void SectorWalks::place(const SampleTable& table, int sector) {
+  const SectorRows s{table.rows_of(sector)};
+  rows_[static_cast<std::size_t>(sector)] = s;
+  const float focal_baseline_pxm{table.ground.camera.focal_baseline_pxm};  // members might change with each store
+  const float height_m{table.ground.camera.height_m};
+  for (int v{s.first_row}; v < s.end_row; ++v) SampleTable::place(s.disparity[v], v, focal_baseline_pxm, height_m, s);
+  RingSpread* const spread{spread_.row(sector)};
+  std::fill_n(s.first, frame_.rings.count(), static_cast<std::int16_t>(no_row));
+  std::fill_n(spread, frame_.rings.count(), RingSpread{});
+  const bool is_last{sector + 1 == table.sectors()};
+  const float* const beside{medians_.row(is_last ? sector : sector + 1)};
+  const float roll_px{table.roll_px()};
+  for (int v{s.first_row}; v < s.end_row; ++v) {
+    const float there{s.disparity[v]};
+    const int ring{SampleTable::ring_of(there, frame_.rings)};
+    if (ring == no_ring) continue;
+    s.next[v] = s.first[ring];
+    s.first[ring] = static_cast<std::int16_t>(v);
+    const float difference{SampleTable::difference(there, beside[v], roll_px)};
+    if (is_last || !(difference < SampleTable::spread_max_px)) continue;
+    spread[ring].sum += difference;
+    spread[ring].count += 1;
   }
 }
 
-void Walk::miss() {
-  ++state_.missing;
-  const float gap{view_.x - state_.x};
-  if (gap < std::max(reconnect_share * view_.x, widest_gap())) return;
-  state_.is_alive = false;
+WalkInput SectorWalks::input() const {
+  return {frame_.ground.camera,
+          frame_.ground.limits,
+          frame_.rings,
+          rows_.data(),
+          walks_.width(),
+          sigma_px_.data(),
+          checked_rings_of(frame_.ground, frame_.rings, sigma_px_.data()),
+          window_rows_,
+          frame_.prior};
 }
 
-// Ground of rounds before in another sector; nullptr: none.
-const PolarCell* Walk::ground_beside(View<const SectorWalk> walks, int round, int offset) const {
-  const int beside{sector_ + offset};
-  if (beside < 0 || beside >= all_cells_.height) return nullptr;
-  const PolarCell& cell{all_cells_(ring_, beside)};
-  return cell.is_ground() && walks(beside, 0).round != round ? &cell : nullptr;
+void SectorWalks::measure_noise(const SampleTable& table) {
+  for (int ring{0}; ring < frame_.rings.count(); ++ring)
+    sigma_px_[static_cast<std::size_t>(ring)] = SampleTable::noise_of(ring, table.spread_of(ring), sigma_px_.data());
 }
 
-// Such ground to one side is as wide as a passage.
-bool Walk::has_wide_front(View<const SectorWalk> walks, int round) const {
-  const float sector_m{sector_px * view_.x / in_.camera.focal_px};
-  for (const int side : {-1, 1}) {
-    int count{0};
-    while (ground_beside(walks, round, side * (count + 1)) != nullptr) ++count;
-    if (static_cast<float>(count) * sector_m >= passage_width * in_.limits.height_m) return true;
-  }
-  return false;
+void SectorWalks::walk(const WalkInput& input, int sector) {
+  walk_sector(input, sector, std::as_const(trenches_).at(sector), cells_.view(), walks_(sector, 0));
 }
 
-// Continues from ground of rounds before in two neighbours; behind an edge, not within its smear. Behind a confirmed
-// one nothing is visible before the landing.
-bool Walk::take_over(View<const SectorWalk> walks, int round) {
-  const bool is_behind_edge{walk_.end != no_ring && ring_ >= walk_.end};
-  if (is_blind() || (is_behind_edge && ring_ <= walk_.end_seen + 1)) return false;
-  const bool is_behind_confirmed{is_behind_edge && is_end_confirmed(sector_, walks)};
-  if (is_behind_confirmed && ring_ <= walk_.landing) return false;
-  float sum{0};
-  float slopes{0};
-  int count{0};
-  for (const int offset : {-2, -1, 1, 2}) {
-    const PolarCell* const cell{ground_beside(walks, round, offset)};
-    if (cell == nullptr) continue;
-    sum += cell->elevation_m;
-    slopes += cell->slope;
-    ++count;
-  }
-  if (count < 2 || (is_behind_confirmed && !has_wide_front(walks, round))) return false;
-  const float z{sum / static_cast<float>(count)};
-  const float slope{slopes / static_cast<float>(count)};
-  const float across_m{1.5f * sector_px * view_.x / in_.camera.focal_px};
-  const float nearest{in_.limits.slope * across_m + 1.25f * view_.sigma(z, slope)};
-  const RingSamples samples{view_.gather(z, slope, nearest)};
-  if (!view_.has_ground(samples, z, slope) || (view_.is_checked() && view_.has_obstacle(samples, z))) return false;
-  state_ = {view_.x, samples.ground_z / static_cast<float>(samples.ground), slope, 0, 0, true, false, false};
-  cells_[ring_] = {state_.z, slope, TerrainClass::drivable};
-  walk_.round = round;
-  return true;
-}
-
-void Walk::step_lost() {
-  if (is_blind() || (!state_.is_blocked && meet_trench())) return;
-  if (walk_.end != no_ring && ring_ >= walk_.end) cells_[ring_].kind = TerrainClass::hidden;
-}
-
-void Walk::meet_gap(int row, float z) {
-  const Gap gap{classify_gap(in_.camera, in_.limits, rows_around(),
-                             {row, state_.x, z, std::max(state_.slope, 0.0f), view_.sigma_px, in_.window_rows})};
-  if (gap.kind == GapKind::none) return miss();
-  // bridges without ground between them are one fall
-  const float before_z{state_.x > state_.reached ? state_.z : state_.before_z};
-  if (gap.kind == GapKind::bridge && before_z - gap.landing_z < in_.limits.step_m + 2 * view_.sigma(z, state_.slope)) {
-    cells_[ring_] = {state_.z, state_.slope, TerrainClass::drivable};
-    const float slope{std::abs(gap.slope) < in_.limits.slope ? gap.slope : 0.0f};
-    state_ = {gap.landing_x, gap.landing_z, slope, gap.landing_x, 0, true, false, false, before_z};
-    return;
-  }
-  end_at(gap.kind, gap.mark_x, ring_, ring_at(gap.landing_x), std::max(state_.z - gap.landing_z, 0.0f));
-}
-
-bool Walk::meet_trench() {
-  const std::optional<Trench>& trench{walk_.trench};
-  if (!trench || ring_ != ring_at(trench->edge_x) || !(trench->is_sure || view_.is_checked())) return false;
-  const int wall{std::max(ring_at(trench->wall_x), ring_)};
-  end_at(GapKind::drop, view_.begin_m, wall, wall, trench->fall_m);
-  return true;
-}
-
-// The nearest edge of a sector counts. `seen`: last ring of the mark. `landing`: ring of the first visible surface
-// behind it.
-void Walk::end_at(GapKind kind, float mark_x, int seen, int landing, float fall_m) {
-  cells_[ring_].kind = TerrainClass::hidden;
-  state_.is_alive = false;
-  if (walk_.end != no_ring) return;
-  walk_.end = ring_;
-  while (walk_.end > 0 && in_.rings.begin_m(walk_.end) > mark_x) --walk_.end;
-  walk_.end_seen = seen;
-  walk_.landing = landing;
-  // the surface before the image may have any height
-  walk_.end_kind = state_.x < in_.rings.begin_m(0) ? GapKind::unknown : kind;
-  walk_.end_fall_m = fall_m;
-  walk_.end_confirmations = is_beyond(far_px) ? 4 : 3;
-}
-
-void Walk::step() {
-  if (is_blind()) {  // there may be an edge before the first visible ground
-    state_.is_alive = false;
-    return;
-  }
-  if (meet_trench()) return;
-  if (view_.x < state_.reached) {
-    cells_[ring_] = {state_.z, state_.slope, TerrainClass::drivable};
-    return;
-  }
-  const float z{state_.elevation(view_.x)};
-  const float allowed{std::max(in_.limits.step_m, 0.7f * in_.limits.slope * (view_.x - state_.x)) +
-                      1.25f * view_.sigma(z, state_.slope)};
-  const RingSamples samples{view_.gather(z, state_.slope, allowed)};
-  if (view_.is_checked() && view_.has_obstacle(samples, z)) return set_obstacle(samples);
-  if (view_.is_checked()) {
-    const float z_near{state_.elevation(view_.begin_m)};
-    const float z_far{state_.elevation(view_.end_m)};
-    const int row{view_.row_through(z_near, z_far)};
-    if (row != no_row) return meet_gap(row, std::min(z, state_.z));
-  }
-  view_.has_ground(samples, z, state_.slope) ? set_ground(samples.ground_z / static_cast<float>(samples.ground))
-                                             : miss();
-}
-
-// Wrong matches resemble an obstacle in a sector or two. Rays detect thin and tall objects.
-void drop_lone_obstacle(PolarCell* cells, SectorWalk& walk) {
-  if (walk.blocked == no_ring || walk.is_block_confirmed) return;
-  cells[walk.blocked] = PolarCell{};
-  walk.blocked = no_ring;
-  walk.state.is_blocked = false;
-}
-
-}  // namespace
-
-void walk_sector(const WalkInput& input, int sector, const std::optional<Trench>& trench, View<PolarCell> cells,
-                 SectorWalk& walk) {
-  std::fill_n(cells.row(sector), input.rings.count(), PolarCell{});
-  walk = {};
-  walk.trench = trench;
-  walk.state.x = 0.5f * input.rings.begin_m(0);
-  walk.state.z = input.prior.elevation(walk.state.x);
-  walk.state.slope = input.prior.slope;
-  Walk steps{input, sector, cells, walk};
-  for (; walk.lost < input.rings.count(); ++walk.lost) {
-    steps.enter(walk.lost);
-    steps.step();
-    if (!steps.is_alive()) return;
-  }
-}
-
-void spread_ground(const WalkInput& input, View<PolarCell> cells, View<SectorWalk> walks) {
-  for (int sector{0}; sector < walks.width; ++sector) drop_lone_obstacle(cells.row(sector), walks(sector, 0));
-  int round{0};
+// Ring by ring: all sectors step, then those that have lost the ground take over that of neighbours, in rounds until
+// none changes.
+void SectorWalks::spread_ground(const WalkInput& input) {
+  const View<PolarCell> cells{cells_.view()};
+  const View<SectorWalk> walks{walks_.view()};
+  const auto for_all = [&](const auto& work) {
+    for (int sector{0}; sector < walks.width; ++sector) work(sector, walks(sector, 0));
+  };
+  for_all([&](int sector, SectorWalk&) { confirm_block(sector, walks); });
+  for_all([&](int sector, SectorWalk& walk) { drop_lone_obstacle(cells.row(sector), walk); });
   for (int ring{0}; ring < input.rings.count(); ++ring) {
-    for (int sector{0}; sector < walks.width; ++sector) {
-      SectorWalk& walk{walks(sector, 0)};
-      if (walk.lost >= ring) continue;
-      Walk steps{input, sector, cells, walk};
-      steps.enter(ring);
-      steps.is_alive() ? steps.step() : steps.step_lost();
-    }
+    for_all([&](int sector, SectorWalk& walk) { step_on(input, sector, ring, cells, walk); });
     for (bool is_changed{true}; is_changed;) {
       is_changed = false;
-      ++round;
-      for (int sector{0}; sector < walks.width; ++sector) {
-        SectorWalk& walk{walks(sector, 0)};
-        if (walk.lost > ring || walk.state.is_alive || cells(ring, sector).kind == TerrainClass::obstacle) continue;
-        Walk steps{input, sector, cells, walk};
-        steps.enter(ring);
-        is_changed |= steps.take_over(walks, round);
-      }
+      for_all([&](int sector, SectorWalk&) { is_changed |= take_over(input, sector, ring, cells, walks); });
+      if (is_changed) for_all([&](int sector, SectorWalk& walk) { settle_taken(sector, ring, cells, walk); });
+    }
+  }
+  for_all([&](int sector, SectorWalk&) { settle_sector(sector, walks, input.rings.count(), cells.row(sector)); });
+  for (int ring{0}; ring < input.rings.count(); ++ring) {
+    spread_hidden(ring, cells);
+    fill_streaks(input, ring, walks, cells);
+  }
+  hide_unconnected(input, cells, reached_.view());
+}
+
+void hide_unconnected(const WalkInput& input, View<PolarCell> cells, View<std::uint8_t> reached_sectors) {
+  std::uint8_t* const reached{reached_sectors.row(0)};  // in the ring before
+  std::fill_n(reached, cells.height, std::uint8_t{1});
+  for (int ring{0}; ring < input.rings.count(); ++ring) {
+    const RingWays ways{input, ring};
+    for (int begin{0}; begin < cells.height;) {
+      const bool is_behind{is_behind_edge(cells(ring, begin))};
+      int end{begin + 1};
+      while (end < cells.height && is_behind_edge(cells(ring, end)) == is_behind) ++end;
+      const int from{std::clamp(ways.first, begin, end)};
+      const bool is_reached{!is_behind && std::count(reached + from, reached + end, 1) >= ways.narrowest};
+      for (int sector{begin}; sector < end && !is_behind && !is_reached; ++sector)
+        if (cells(ring, sector).is_ground()) cells(ring, sector) = PolarCell{.kind = TerrainClass::hidden};
+      std::fill(reached + begin, reached + end, static_cast<std::uint8_t>(is_reached));
+      begin = end;
     }
   }
 }

@@ -48,32 +48,21 @@ struct Seen {
   Image<std::int16_t> relief;
 };
 
-inline Image<float> medians_of(const Image<float>& disparity, int first_row) {
-  Image<float> medians{disparity.height(), terrain_sectors(disparity.width())};
-  const Image<float> none{disparity.width(), disparity.height()};
-  find_medians(disparity.view(), none.view(), 0, medians.height(), first_row, medians.view());
-  return medians;
-}
-
 /// `slope`: surface that fills the view; nullptr: none.
 inline Seen walked(const Vehicle& vehicle, const Image<float>& disparity, const Ground* slope = nullptr) {
   const GridGeometry& grid{vehicle.grid};
   constexpr float none_m{std::numeric_limits<float>::quiet_NaN()};
   Seen seen{{grid.nx, grid.ny, none_m}, {grid.nx, grid.ny, none_m}, {grid.nx, grid.ny}, {}};
-  Terrain terrain{vehicle.rig,
-                  vehicle.limits,
-                  static_cast<float>(grid.cell_size_m),
-                  static_cast<float>(grid.nx * grid.cell_size_m),
-                  64,
-                  9};
+  Rings rings{static_cast<float>(grid.cell_size_m), static_cast<float>(grid.nx * grid.cell_size_m), 64};
+  SectorWalks walks{vehicle.rig, rings.capacity(), 9};
+  Terrain terrain{vehicle.rig, vehicle.limits, std::move(rings), 64};
   const auto in_order = [](int count, const auto& work) { work(0, count); };
   Ground ground;
   ground.height_m = vehicle.rig.camera_height_m;
   terrain.begin(ground, slope != nullptr ? *slope : ground);
-  const Image<float> medians{medians_of(disparity, terrain.sampled().first_row)};
-  terrain.place(medians.view(), in_order);
-  terrain.trenches().find_all(in_order);
-  terrain.find(in_order);
+  const Image<float> none{disparity.width(), disparity.height()};
+  terrain.set_noise(walks.begin(terrain.walk_frame(), disparity.view(), none.view(), in_order));
+  terrain.find(walks.find(in_order), in_order);
   terrain.visit(grid_in_vehicle(grid, {}), 0, grid.ny, [&](int ix, int iy, float x_m, const Terrain::RingPart& part) {
     const CellGround cell{terrain.ground_at(x_m, part)};
     seen.elevation_m(ix, iy) = cell.elevation_m;

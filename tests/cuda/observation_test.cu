@@ -205,10 +205,9 @@ TEST(medians_of_sectors_are_those_of_the_definition) {
     Cuda cuda;
     const DeviceImage<float> obstacle{on_device(cuda, matches.obstacle)};
     const DeviceImage<float> road{on_device(cuda, matches.road)};
-    DeviceImage<float> medians{expected.width(), expected.height()};
-    TerrainOnDevice terrain{cuda, rig, 9, true, medians.data()};
+    TerrainOnDevice terrain{cuda, rig, 9, Rings{1, 1, 1}};
     find_medians(cuda, obstacle.view(), road.view(), terrain);
-    CHECK_EQUAL(differences(on_host(cuda, medians), expected), 0);
+    CHECK_EQUAL(differences(on_host(cuda, terrain.medians), expected), 0);
   }
 }
 
@@ -251,14 +250,18 @@ TEST(trenches_are_those_of_the_cpu) {
     TrenchFilter filter{rows, sectors, window};
     filter.begin(ground, medians.view());
     filter.find_all([](int count, const auto& work) { work(0, count); });
+    filter.connect();
     Cuda cuda;
-    DeviceImage<float> samples{on_device(cuda, medians)};
-    TerrainOnDevice terrain{cuda, rig, window, true, samples.data()};
-    for (int frame{0}; frame < 2; ++frame) find_trenches(cuda, ground, terrain);
+    TerrainOnDevice terrain{cuda, rig, window, Rings{1, 1, 1}};
+    upload(cuda, medians.data(), medians.size(), terrain.medians.data());
+    terrain.frame.ground = ground;
+    for (int frame{0}; frame < 2; ++frame) find_trenches(cuda, terrain);
+    std::vector<std::optional<Trench>> on_gpu(static_cast<std::size_t>(sectors));
+    download(cuda, terrain.trenches.data(), on_gpu.size(), on_gpu.data());
     cuda.synchronize();
     for (int sector{0}; sector < sectors; ++sector) {
       const std::optional<Trench>& expected{std::as_const(filter).at(sector)};
-      CHECK(terrain.found.data()[sector] == expected);
+      CHECK(on_gpu[static_cast<std::size_t>(sector)] == expected);
       found += expected ? 1 : 0;
     }
   }

@@ -77,8 +77,7 @@ FrameLayout::FrameLayout(const Rig& rig)
       images_end{right + pixels_of(rig)},
       given_end{left + pixels_of(rig) * sizeof(float)},
       lattice{next_part(sizeof(FrameFromDevice))},
-      medians{next_part(lattice + static_cast<std::size_t>(lattice_size(rig)) * sizeof(float))},
-      answer_end{medians + TerrainOnDevice::medians_of(rig) * sizeof(float)} {}
+      answer_end{lattice + static_cast<std::size_t>(lattice_size(rig)) * sizeof(float)} {}
 
 GridSizes::GridSizes(const GridGeometry& vehicle_grid, bool filters)
     : vehicle{vehicle_grid},
@@ -136,8 +135,8 @@ DeviceMemory::DeviceMemory(Cuda& cuda, const Config& config, const Rig& rig, con
       aligned{rig.width_px, rig.height_px},
       masked{rig.width_px, rig.height_px},
       matches{rig.width_px, rig.height_px},
-      terrain{cuda, rig, config.matching.window_px, config.ground.model == GroundModel::terrain,
-              at<float>(output, layout.medians)},
+      terrain{cuda, config.ground.model == GroundModel::terrain ? rig : Rig{}, config.matching.window_px,
+              rings_of(config)},
       matching{rig.width_px, rig.height_px, config.matching},
       u_disparity{cuda, UDisparityTables{{config.u_disparity, config.paper}, rig.height_px, config.matching.window_px},
                   rig.width_px, rig.height_px, config.matching.disparities},
@@ -165,7 +164,7 @@ void DeviceMemory::fetch_answer(Cuda& cuda, HostMemory& host) {
   launch(cuda, count_matched, count_blocks, threads, 0, matches.obstacle.data(), matches.road.data(),
          static_cast<int>(matches.road.size()), answer()->matched);
   gather_lattice(cuda, matches.obstacle.view(), matches.road.view(), lattice.view());
-  download(cuda, output.data(), terrain.medians.size() > 0 ? layout.answer_end : layout.medians, host.output.data());
+  download(cuda, output.data(), layout.answer_end, host.output.data());
 }
 
 void DeviceMemory::observe_nothing(Cuda& cuda) {

@@ -62,7 +62,6 @@ struct FrameLayout {
   std::size_t given_end;
   // FrameFromDevice, and behind it the matches read by the host
   std::size_t lattice;  ///< see gather_lattice
-  std::size_t medians;  ///< for terrain, likewise
   std::size_t answer_end;
 };
 
@@ -106,7 +105,6 @@ struct HostMemory {
   [[nodiscard]] float* given() { return at<float>(input, layout.left); }
   [[nodiscard]] FrameFromDevice& answer() { return *at<FrameFromDevice>(output, 0); }
   [[nodiscard]] const float* lattice() { return at<float>(output, layout.lattice); }
-  [[nodiscard]] const float* medians() { return at<float>(output, layout.medians); }
 
   FrameLayout layout;
   PinnedBuffer<std::byte> input;
@@ -151,7 +149,7 @@ struct DeviceMemory {
   DeviceImage<std::uint8_t> aligned;
   DeviceImage<std::uint8_t> masked;  ///< PixelMask, where there is one
   DeviceMatches matches;
-  TerrainOnDevice terrain;  ///< medians in the output
+  TerrainOnDevice terrain;
   MatchingWorkspaceOnDevice matching;
   UDisparityOnDevice u_disparity;
   ProjectionOnDevice projection;
@@ -174,7 +172,8 @@ class StreamTimes {
     uploaded,
     matched,
     answered,
-    searched,
+    measured,
+    walked,
     raised,
     resumed,
     counted,
@@ -185,7 +184,7 @@ class StreamTimes {
     filtered,
     fetched
   };
-  static constexpr int marks{15};
+  static constexpr int marks{16};
 
   StreamTimes();
   StreamTimes(const StreamTimes&) = delete;

@@ -51,7 +51,7 @@ void CudaStages::load_kernels() {
     enqueue_match();
   }
   split_surfaces();
-  stereogrid::find_trenches(cuda_, {}, device_.terrain);
+  enqueue_walk({{}, rings_of(config_), {}});
   find_low_obstacles();
   for (const bool is_usable : {false, true}) enqueue_observation(is_usable);
   if (!options_.filters) return;
@@ -150,21 +150,19 @@ const Matches& CudaStages::read() {
   return matches_;
 }
 
-// Medians of all rows came with the answer of the matching.
-View<const float> CudaStages::find_medians(const SampledGround& ground) {
+// Waits for the noise only: the device continues with the walk.
+const float* CudaStages::begin_walk(const WalkFrame& frame) {
   cuda_.use();
-  times_.wait_for(StreamTimes::answered);
   is_at_work_ = true;
-  stereogrid::find_trenches(cuda_, ground, device_.terrain);
-  times_.mark(cuda_, StreamTimes::searched);
-  const DeviceImage<float>& medians{device_.terrain.medians};
-  return {host_.medians(), medians.width(), medians.height(), medians.width()};
+  enqueue_walk(frame);
+  times_.wait_for(StreamTimes::measured);
+  return device_.terrain.host_sigma_px.data();
 }
 
-void CudaStages::find_trenches(TrenchFilter& trenches) {
+WalkedGround<Host> CudaStages::walk() {
   cuda_.use();
-  times_.wait_for(StreamTimes::searched);
-  trenches.set({device_.terrain.found.data(), device_.terrain.found.size()});
+  times_.wait_for(StreamTimes::walked);
+  return device_.terrain.on_host();
 }
 
 void CudaStages::begin_low_obstacles(const LowModel& model, std::span<const float> noise_px) {
@@ -280,6 +278,14 @@ void CudaStages::enqueue_match() {
                              std::as_const(device_.matches.road).view(), device_.terrain);
   }
   device_.fetch_answer(cuda_, host_);
+}
+
+void CudaStages::enqueue_walk(const WalkFrame& frame) {
+  stereogrid::begin_walk(cuda_, frame, device_.terrain);
+  times_.mark(cuda_, StreamTimes::measured);
+  find_trenches(cuda_, device_.terrain);
+  find_walk(cuda_, device_.terrain);
+  times_.mark(cuda_, StreamTimes::walked);
 }
 
 void CudaStages::find_low_obstacles() {

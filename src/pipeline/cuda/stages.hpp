@@ -23,8 +23,8 @@ class CudaStages final : public Stages {
   void match(const LevelFrame& frame, const FrameGrids& grids, const RowAlignment& rows,
              const MatchGround& ground) override;
   const Matches& read() override;
-  View<const float> find_medians(const SampledGround& ground) override;
-  void find_trenches(TrenchFilter& trenches) override;
+  const float* begin_walk(const WalkFrame& frame) override;
+  WalkedGround<Host> walk() override;
   void begin_low_obstacles(const LowModel& model, std::span<const float> noise_px) override;
   std::span<const LowCell> low_obstacles() override;
   void observe(const FrameGrids& grids, const Evidence& evidence, FrameResult& result) override;
@@ -60,6 +60,7 @@ class CudaStages final : public Stages {
   template <class Work>
   void perform(Graph& graph, const Work& work);
   void enqueue_match();
+  void enqueue_walk(const WalkFrame& frame);
   void find_low_obstacles();
   void split_given(const Ground* ground);
   void split_surfaces();

@@ -67,6 +67,17 @@ T shuffle(unsigned mask, T value, int source_lane) {
 inline void __syncthreads() {
   emulator::block_barrier();
 }
+/// Whether the predicate holds in any thread of the block.
+inline int __syncthreads_or(int predicate) {
+  static bool holds_in_any;
+  holds_in_any |= predicate != 0;
+  __syncthreads();
+  const int result{holds_in_any ? 1 : 0};
+  __syncthreads();
+  holds_in_any = false;
+  __syncthreads();
+  return result;
+}
 inline void __syncwarp(unsigned mask = 0xffffffffU) {
   emulator::warp_exchange(mask, 0, 0, emulator::WarpOperation::nothing);
 }

@@ -27,7 +27,7 @@ class Gaps : public testing::Test {
     return camera_.focal_baseline_pxm / range;
   }
   [[nodiscard]] SectorRows sector() const {
-    return {disparity_.data(), nullptr, nullptr, nullptr, nullptr, tangent_of(0), per_row, horizon + 1, rows};
+    return {disparity_.data(), nullptr, nullptr, nullptr, nullptr, nullptr, tangent_of(0), per_row, horizon + 1, rows};
   }
 
   /// Level ground up to `edge_m`, behind it the plane.
@@ -96,7 +96,8 @@ TEST_F(Gaps, UprightWallsBehindARiseAreDropsIfTheyBeginAStepBelowItsLine) {
 TEST_F(Gaps, OneSectorOfThreeShowsTheSurfaceBehind) {
   static_cast<void>(classified(5, -0.1f, 0, 0.2f));
   std::vector<float> empty(rows);
-  const SectorRows none{empty.data(), nullptr, nullptr, nullptr, nullptr, tangent_of(0), per_row, horizon + 1, rows};
+  SectorRows none{sector()};
+  none.disparity = empty.data();
   EXPECT_EQ(classify_gap(camera_, limits_, {none, sector(), none}, {row_over(5), 5, 0, 0, 0.2f, 9}).kind,
             GapKind::bridge);
 }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Comparison of neighbouring sectors: ways between edges, confirmed edges, cells beside hidden ones.
+#include "terrain/settle.hpp"
 #include "ground/frame_validator.hpp"
 #include "images/patch.hpp"
 #include "support.hpp"
-#include "terrain/walk.hpp"
 
 namespace stereogrid::test {
 namespace {
@@ -38,7 +38,7 @@ class SettledWalks : public testing::Test {
   }
 
   [[nodiscard]] WalkInput input() const {
-    return {camera_, limits_, rings_, samples_, sigma_px_.data(), rings_.count(), 9};
+    return {camera_, limits_, rings_, nullptr, sectors, sigma_px_.data(), rings_.count(), 9};
   }
 
   // Number of sectors behind the edge that are as wide as the vehicle is high.
@@ -54,7 +54,6 @@ class SettledWalks : public testing::Test {
                         }()};
   TerrainLimits limits_{0.15f, 0.364f, 1.8f, 0.25f, 0.105f};
   Rings rings_{0.2f, 20, 64};
-  TerrainSamples samples_{640, 360, rings_.capacity()};
   std::vector<float> sigma_px_ = std::vector<float>(static_cast<std::size_t>(rings_.capacity()), 0.3f);
   Image<PolarCell> cells_{rings_.capacity(), sectors};
   Image<std::uint8_t> reached_{sectors, 1};
@@ -104,7 +103,7 @@ TEST_F(SettledWalks, SectorsWithoutSamplesBetweenGroundAreGroundWhereTheyAreNoWi
     for (int i{0}; i < width; ++i) cells_(ring, middle + i) = PolarCell{};
     cells_(ring, middle + 1).kind = kind;
     for (int sector{middle + width}; sector < sectors; ++sector) cells_(ring, sector).elevation_m = far_z;
-    fill_streaks(input(), walks_.view(), cells_.view());
+    fill_streaks(input(), ring, walks_.view(), cells_.view());
     return cells_(ring, middle).is_ground();
   };
   EXPECT_TRUE(is_filled(widest, 0.1f, TerrainClass::unknown));
@@ -141,7 +140,7 @@ TEST_F(SettledWalks, EdgesAreMarkedUpToWhereTheGapWasMetIfNeighboursConfirmThem)
 TEST_F(SettledWalks, UnknownCellsUpToEightSectorsBesideAnEdgeAreHidden) {
   Image<PolarCell> cells{4, sectors};
   cells(1, middle).kind = TerrainClass::drop;
-  spread_hidden(4, cells.view());
+  for (int ring{0}; ring < 4; ++ring) spread_hidden(ring, cells.view());
   for (int sector{0}; sector < sectors; ++sector) {
     const int offset{std::abs(sector - middle)};
     const TerrainClass expected{offset == 0 ? TerrainClass::drop

@@ -115,10 +115,8 @@ struct FrameOf {
     const GridGeometry cells{window.at(pose)};
     const GridInVehicle window_cells{grid_in_vehicle(cells, inverse(pose))};
     terrain.begin(ground, ground, {cells, window_cells, pose, dt_s, grid_in_vehicle(vehicle.grid, {}), window_cells});
-    const Image<float> medians{medians_of(disparity, terrain.sampled().first_row)};
-    terrain.place(medians.view(), in_order);
-    terrain.trenches().find_all(in_order);
-    terrain.find(in_order);
+    terrain.set_noise(walks.begin(terrain.walk_frame(), disparity.view(), none.view(), in_order));
+    terrain.find(walks.find(in_order), in_order);
     const LowModel& model{terrain.begin_low_obstacles()};
     terrain.write(low.find(disparity.view(), none.view(), model, terrain.noise_px(), in_order), in_order, result);
   }
@@ -155,6 +153,7 @@ struct FrameOf {
 
   Vehicle vehicle{car()};
   Window window{vehicle.grid};
+  SectorWalks walks{vehicle.rig, rings_of(config()).capacity(), config().matching.window_px};
   LowObstacleFinder low{vehicle.rig, window.cells()};
   FrameTerrain terrain{vehicle.rig, config(), vehicle.grid, window.cells()};
   Pose2 pose{};
