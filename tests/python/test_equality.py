@@ -107,24 +107,3 @@ def test_of_a_run_that_is_read(tool: Any, drive: Path, tmp_path: Path) -> None:
             np.testing.assert_array_equal(getattr(grids, name), arrays[name], strict=True)
     with pytest.raises(sg.InputError):
         run.grids("none")
-
-
-def test_of_a_run_that_is_written(tool: Any, drive: Path, tmp_path: Path) -> None:
-    tool("run", drive, "--out", tmp_path / "tool", "--device", "cpu")
-    recording = sg.open(drive)
-    with sg.RunWriter(tmp_path / "run", recording, sg.Pipeline(sg.preset("default"), recording.rig)) as run:
-        for frame in recording:
-            run.process(frame)
-    files = sorted(path.relative_to(tmp_path / "tool") for path in (tmp_path / "tool/grids").iterdir())
-    for file in files:
-        assert (tmp_path / "run" / file).read_bytes() == (tmp_path / "tool" / file).read_bytes()
-    lines = [(tmp_path / folder / "frames.jsonl").read_text().splitlines() for folder in ("run", "tool")]
-    for line, expected in zip(*[map(json.loads, part) for part in lines]):
-        for facts in (line, expected):
-            facts.pop("timing_ms")
-        assert line == expected
-    records = [json.loads((tmp_path / folder / "run.json").read_text()) for folder in ("run", "tool")]
-    assert records[0]["config"] == records[1]["config"] and records[0]["input"] == records[1]["input"]
-    tool("evaluate", tmp_path / "run")
-    with pytest.raises(sg.ConfigError):
-        sg.RunWriter(tmp_path / "run", recording, sg.Pipeline(sg.preset("default"), recording.rig))

@@ -28,8 +28,10 @@ def check_equal(run: Path, expected: Path) -> None:
     for name in names:
         assert (run / "grids" / name).read_bytes() == (expected / "grids" / name).read_bytes(), name
     assert lines_of(run) == lines_of(expected)
-    facts = [json.loads((folder / "run.json").read_text())["frames"] for folder in (run, expected)]
-    assert facts[0] == facts[1] and facts[0]["complete"]
+    facts = [json.loads((folder / "run.json").read_text()) for folder in (run, expected)]
+    assert (
+        all(facts[0][key] == facts[1][key] for key in ("config", "input", "frames")) and facts[0]["frames"]["complete"]
+    )
 
 
 def writer(folder: Path, drive: Path, **options: Any) -> sg.RunWriter:

@@ -139,7 +139,7 @@ def test_memory_does_not_grow(scene: sg.Recording, frames: list[sg.Frame]) -> No
     config = sg.preset("default")
     config.grid.length_m = config.grid.width_m = 8
     pipeline = sg.Pipeline(config, scene.rig, device="cpu")
-    frame_count = int(os.environ.get("STEREOGRID_SOAK_FRAMES", "600"))
+    frame_count = int(os.environ.get("STEREOGRID_SOAK_FRAMES", "300"))
     kept: list[Any] = []
 
     def run(count: int, stamp: int) -> int:
