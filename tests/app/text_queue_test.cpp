@@ -8,10 +8,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cstdio>
 #include <sstream>
-#include <thread>
 
 namespace stereogrid::app {
 namespace {
@@ -19,7 +17,7 @@ namespace {
 using Kind = TextQueue::Kind;
 using namespace std::chrono_literals;
 
-/// A pipe, and a queue that writes into it.
+/// A pipe, and a queue that writes into it; in the tool: run/streams_test.cpp.
 class TextQueues : public ::testing::Test {
  protected:
   TextQueues() {
@@ -59,16 +57,6 @@ std::string line(int number) {
   return fmt::format("{:099}\n", number);
 }
 
-TEST_F(TextQueues, WriteInOrder) {
-  std::string expected;
-  for (int i{0}; i < 500; ++i) {
-    add(line(i), i % 3 == 0 ? Kind::output : Kind::lines);
-    expected += line(i);
-  }
-  EXPECT_EQ(read_all(), expected);
-  EXPECT_TRUE(queue.is_empty());
-}
-
 TEST_F(TextQueues, DropTheOldestLinesOfAStalledReaderAndSayHowMany) {
   for (int i{0}; i < too_many; ++i) add(line(i));
   EXPECT_FALSE(queue.drain(10ms));
@@ -97,31 +85,6 @@ TEST_F(TextQueues, DropNoOutput) {
     expected += line(i);
   }
   EXPECT_EQ(read_all(), expected);
-}
-
-TEST_F(TextQueues, WaitForAReaderThatIsSlow) {
-  add(std::string(std::size_t{1} << 18, 'x'), Kind::output);
-  std::atomic<bool> is_done{false};
-  std::thread reader{[&] {
-    while (!is_done) {
-      std::this_thread::sleep_for(5ms);
-      read_some();
-    }
-  }};
-  EXPECT_TRUE(queue.drain(2s));
-  is_done = true;
-  reader.join();
-}
-
-TEST_F(TextQueues, KeepTheFirstErrorOfOutput) {
-  const int full{open("/dev/full", O_WRONLY | O_CLOEXEC)};
-  queue.add(full, "a line", Kind::lines);
-  EXPECT_TRUE(queue.drain(2s));
-  EXPECT_EQ(queue.output_error(), 0);
-  queue.add(full, "output", Kind::output);
-  EXPECT_TRUE(queue.drain(2s));
-  EXPECT_EQ(queue.output_error(), ENOSPC);
-  close(full);
 }
 
 // As node and ssh leave a terminal that they share.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Recordings equal the content of the run's folder.
+// Recordings of a run. Their messages equal the content of the run's folder: tests/python/test_peers.py.
 #include <signal.h>
 
 #include "stereogrid/io/image_file.hpp"
@@ -9,8 +9,6 @@
 #include "stereogrid/messages/geometry_msgs.hpp"
 #include "stereogrid/messages/nav_msgs.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"
-#include "stereogrid/messages/std_msgs.hpp"
-#include "stereogrid/occupancy_values.hpp"
 #include "support.hpp"
 
 namespace stereogrid::app::testing {
@@ -34,10 +32,6 @@ Received<M> received(const fs::path& file, const std::string& topic) {
     all.log_ns.push_back(one->log_time_ns);
   }
   return all;
-}
-
-std::int64_t stamp_ns(const messages::std_msgs::Header& header) {
-  return header.stamp.sec * std::int64_t{1'000'000'000} + header.stamp.nanosec;
 }
 
 std::map<std::string, std::uint64_t> counts_of(const fs::path& file) {
@@ -87,50 +81,6 @@ TEST_F(RunMcap, HasEveryTopicOfEveryFrame) {
     const bool is_latched{topic.name == "/tf_static" || topic.type == "nav_msgs/msg/OccupancyGrid" ||
                           topic.type == "grid_map_msgs/msg/GridMap" || topic.type == "foxglove_msgs/msg/Grid"};
     EXPECT_EQ(is_kept, is_latched) << topic.name;
-  }
-}
-
-TEST_F(RunMcap, TheGridsAreThoseOfTheFolder) {
-  const auto world{received<messages::nav_msgs::OccupancyGrid>(file(), "/stereo_grid/occupancy_grid")};
-  const auto observed{received<messages::nav_msgs::OccupancyGrid>(file(), "/stereo_grid/observed_grid")};
-  ASSERT_EQ(world.messages.size(), frames);
-  ASSERT_EQ(observed.messages.size(), frames);
-  for (std::size_t i{0}; i < frames; ++i) {
-    const Arrays arrays{io::read_npz(run() / "grids" / ("00000" + std::to_string(i) + ".npz"))};
-    const auto values = [&](const char* name) {
-      const auto cells{arrays.at(name).to_image<float>()};
-      return occupancy_values(cells.view(), OccupancyScale::percent);
-    };
-    EXPECT_EQ(world.messages[i].data, values("world_occupancy"));
-    EXPECT_EQ(observed.messages[i].data, values("observed"));
-    EXPECT_EQ(world.log_ns[i], i * 100'000'000);
-    EXPECT_EQ(stamp_ns(world.messages[i].header), static_cast<std::int64_t>(i) * 100'000'000);
-    EXPECT_NEAR(world.messages[i].info.origin.position.x, arrays.at("world_origin").to<double>()[0], 1e-5);
-  }
-}
-
-TEST_F(RunMcap, PosesObstaclesAndDisparitiesAreThoseOfTheFolder) {
-  const std::vector<Json> lines = lines_of(run());
-  const auto odometry{received<messages::nav_msgs::Odometry>(file(), "/stereo_grid/odometry")};
-  const auto obstacles{received<messages::nav2_dynamic_msgs::ObstacleArray>(file(), "/stereo_grid/obstacles")};
-  const auto disparities{received<messages::stereo_msgs::DisparityImage>(file(), "/stereo_grid/disparity")};
-  ASSERT_EQ(odometry.messages.size(), frames);
-  ASSERT_EQ(obstacles.messages.size(), frames);
-  ASSERT_EQ(disparities.messages.size(), frames);
-  for (std::size_t i{0}; i < frames; ++i) {
-    EXPECT_DOUBLE_EQ(odometry.messages[i].pose.pose.position.x, lines[i]["pose"]["x_m"].get<double>());
-    const auto confirmed{std::ranges::count_if(lines[i]["obstacles"], [](const Json& o) { return o["confirmed"]; })};
-    EXPECT_EQ(static_cast<std::ptrdiff_t>(obstacles.messages[i].obstacles.size()), confirmed);
-    const Arrays stages{io::read_npz(run() / "stages" / ("00000" + std::to_string(i) + ".npz"))};
-    const auto obstacle{stages.at("obstacle_disparity").to<float>()};
-    const auto road{stages.at("road_disparity").to<float>()};
-    const messages::sensor_msgs::Image& image{disparities.messages[i].image};
-    ASSERT_EQ(image.data.size(), obstacle.size() * sizeof(float));
-    std::vector<float> sent(obstacle.size());
-    std::copy(image.data.begin(), image.data.end(), reinterpret_cast<std::uint8_t*>(sent.data()));
-    for (std::size_t p{0}; p < sent.size(); ++p) {
-      ASSERT_EQ(std::max(0.F, sent[p]), std::max(obstacle[p], road[p])) << "frame " << i << " pixel " << p;
-    }
   }
 }
 
