@@ -31,22 +31,30 @@ double lattice_noise(double x, double y, std::uint32_t seed) {
   return near_row + wy * (far_row - near_row);
 }
 
-/// 1 where a lattice is seen at two pixels a step or more, 0 at one pixel or less.
-double visible(double lattice_m, double footprint_m) {
-  const double t{std::clamp(lattice_m / footprint_m - 1, 0.0, 1.0)};
+/// Weight of a lattice by the pixels of its step: 1 from two on, 0 up to one.
+double visible(double pixels) {
+  const double t{std::clamp(pixels - 1, 0.0, 1.0)};
   return t * t * (3 - 2 * t);
 }
 
 constexpr double finest_m{0.012};
 
 /// Octaves of noise, each with the same amplitude: about a standard deviation of 1 where six are visible.
-/// Lattices are `stretch` times longer along a.
+/// Lattices are `stretch`, a power of two, times longer along a. Halving is exact, so it takes the place of divisions.
 double octaves(const SurfacePoint& at, double coarsest_m, double stretch, std::uint32_t seed) {
+  double a{at.a / (coarsest_m * stretch)};
+  double b{at.b / coarsest_m};
+  double pixels_a{coarsest_m * stretch / at.footprint_a};
+  double pixels_b{coarsest_m / at.footprint_b};
   double sum{0};
   for (double lattice{coarsest_m}; lattice > finest_m; lattice /= 2) {
-    const double weight{visible(lattice * stretch, at.footprint_a) * visible(lattice, at.footprint_b)};
-    ++seed;
-    if (weight > 0) sum += weight * lattice_noise(at.a / (lattice * stretch), at.b / lattice, scramble(seed));
+    const double weight{visible(pixels_a) * visible(pixels_b)};
+    if (!(weight > 0)) break;  // nor is a finer one
+    sum += weight * lattice_noise(a, b, scramble(++seed));
+    a *= 2;
+    b *= 2;
+    pixels_a /= 2;
+    pixels_b /= 2;
   }
   return sum;
 }
