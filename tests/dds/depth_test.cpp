@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Depth and disparities from the network give the grids of the same recording as a bag.
+// Depth and disparities from the network give the grids of the same recording as a bag. A bag that is played to the
+// network and recorded at the same time.
 #include "../app/bags/depth_bags.hpp"
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/mcap/bag.hpp"
@@ -10,7 +11,7 @@
 namespace stereogrid::app::testing {
 namespace {
 
-using dds::testing::Peer;
+using dds::testing::all_of, dds::testing::bare_peer, dds::testing::Peer, dds::testing::tool;
 using Entries = std::vector<Entry>;
 
 /// Messages of one instant: the first of each topic.
@@ -58,14 +59,7 @@ class Player {
 };
 
 std::string live(const std::string& words, int seconds) {
-  return "exec timeout --foreground -s INT " + std::to_string(seconds) + " " STEREOGRID_TOOL " live " + words +
-         " --poses none --listen :0 2>&1";
-}
-
-std::string all_of(Peer& peer) {
-  std::string text;
-  for (const std::string& line : peer.rest()) text += line + "\n";
-  return text;
+  return tool("live " + words + " --poses none --listen :0", seconds);
 }
 
 class DdsDepth : public DepthBags {
@@ -212,6 +206,26 @@ TEST_F(DdsDepth, WithoutABaselineInTheDisparitiesSaysWhatItWaitsFor) {
   const Player player{entries_of("/camera/left/image_rect", "/camera/disparity", none)};
   Peer tool{live("ros2:/camera", 5)};
   EXPECT_THAT(all_of(tool), HasSubstr("the DisparityImage has f 128 px and T 0 m"));
+}
+
+TEST_F(Bags, PlayedToTheNetworkIsWhatIsRecorded) {
+  write_mcap(bag(), entries({}));
+  const fs::path recording{*folder / "recording.mcap"};
+  Peer map{bare_peer("grids rt/stereo_grid/occupancy_grid reliable transient_local 8 40")};
+  Peer player{live(bag().string() + " --loop --ros2 --mcap " + recording.string(), 5)};
+  const std::vector<std::string> came{map.rest()};
+  player.rest();
+
+  std::vector<std::string> recorded;
+  const auto bag_of_results{mcap::open_bag(recording)};
+  const auto cursor{bag_of_results->messages({.topics = {"/stereo_grid/occupancy_grid"}})};
+  while (const mcap::Message* const message{cursor->next()}) {
+    messages::nav_msgs::OccupancyGrid grid;
+    messages::decode(message->data, grid);
+    recorded.push_back(dds::testing::line_of(grid));
+  }
+  ASSERT_THAT(came, SizeIs(8));
+  for (const std::string& grid : came) EXPECT_THAT(recorded, Contains(grid.substr(0, grid.find(" at "))));
 }
 
 }  // namespace

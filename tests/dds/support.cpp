@@ -84,6 +84,16 @@ std::vector<std::string> Peer::rest() {
   return lines;
 }
 
+std::string all_of(Peer& peer) {
+  std::string text;
+  for (const std::string& line : peer.rest()) text += line + "\n";
+  return text;
+}
+
+std::string tool(const std::string& words, double seconds) {
+  return "exec timeout --foreground -s INT " + std::to_string(seconds) + " " STEREOGRID_TOOL " " + words + " 2>&1";
+}
+
 std::string bare_peer(const std::string& words) {
   return "exec timeout 60 " STEREOGRID_BARE_PEER " " + words;
 }

@@ -31,6 +31,12 @@ class Peer {
   int exit_code_{-1};
 };
 
+/// Its lines until its end.
+std::string all_of(Peer& peer);
+
+/// The program with what it says on both streams, ended by one Ctrl-C after `seconds` (a second one would end it at
+/// once).
+[[nodiscard]] std::string tool(const std::string& words, double seconds = 60);
 /// tests/dds/bare_peer.cpp.
 [[nodiscard]] std::string bare_peer(const std::string& words);
 

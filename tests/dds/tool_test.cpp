@@ -11,18 +11,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The program with what it says on both streams, ended by one Ctrl-C after `seconds` (a second one would end it at
-/// once).
-std::string tool(const std::string& words, double seconds = 60) {
-  return "exec timeout --foreground -s INT " + std::to_string(seconds) + " " STEREOGRID_TOOL " " + words + " 2>&1";
-}
-
-std::string all_of(Peer& peer) {
-  std::string text;
-  for (const std::string& line : peer.rest()) text += line + "\n";
-  return text;
-}
-
 std::string word(const std::string& line, std::size_t index) {
   std::size_t begin{0};
   for (; index > 0; --index) begin = line.find(' ', begin) + 1;
