@@ -59,8 +59,6 @@ constexpr double ditch_rows{6};
 constexpr double found_drops{3};
 /// Maximum number of cells of low obstacles, more than both kerbs of a street; excess cells make none.
 constexpr std::size_t low_cells_max{4096};
-/// Widest ditch into which a wheel falls by less than a step, in steps. The wheel's radius is two steps.
-constexpr double crossed_ditch{2 * std::numbers::sqrt3};
 
 template <class T>
 void fill_rows(Image<T>& image, int begin, int end, T value) {

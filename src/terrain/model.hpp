@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <numbers>
 
 #include "geometry/road_plane.hpp"
 #include "host_device.hpp"
@@ -17,6 +18,9 @@ constexpr float block_sigma_px{0.3f};
 
 /// Width of ground that leads past an edge, in heights of the vehicle. Narrower edges are passed by.
 constexpr float passage_width{0.4f};
+
+/// Widest ditch into which a wheel falls by less than a step, in steps. The wheel's radius is two steps.
+constexpr double crossed_ditch{2 * std::numbers::sqrt3};
 
 /// Level camera above the ground plane of a frame.
 struct TerrainCamera {

@@ -229,7 +229,10 @@ struct TrenchSearch {
     const TerrainCamera& camera{ground.camera};
     const float edge_px{disparity[edge] + fit.at_edge};
     const float wall_x{camera.range(std::max(edge_px - fit.growth * rows, 1.0f))};
-    return Trench{camera.range(edge_px), wall_x, rows * camera.tangent_per_v * wall_x, edge, fit.gain, fit.rest_px};
+    const float edge_x{camera.range(edge_px)};
+    const float widest{wall_x - edge_x + 2 * camera.range_sigma(edge_x, block_sigma_px)};
+    if (widest < static_cast<float>(crossed_ditch) * ground.limits.step_m) return {};
+    return Trench{edge_x, wall_x, rows * camera.tangent_per_v * wall_x, edge, fit.gain, fit.rest_px};
   }
   // Ground lower by more than a step is farther by d·D/(h + D) (4).
   [[nodiscard]] STEREOGRID_HD std::optional<Trench> lower_ground(const TrenchShape& shape, int edge) const {

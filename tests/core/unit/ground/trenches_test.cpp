@@ -97,6 +97,14 @@ TEST_F(Trenches, HaveUprightWalls) {
   EXPECT_FALSE(found_wall(4, -5)) << "falls too far for a wall";
 }
 
+// The trench is 0.9 m wide; two standard deviations of the range are 0.26 m.
+TEST_F(Trenches, AreWideEnoughForAWheelToFallByAStep) {
+  limits_.step_m = 0.3f;
+  EXPECT_TRUE(found_wall(9)) << "from 1.04 m on";
+  limits_.step_m = 0.4f;
+  EXPECT_FALSE(found_wall(9)) << "from 1.39 m on";
+}
+
 TEST_F(Trenches, LieInGroundThatGrowsOnBothSides) {
   const auto wall = [this](int, int row) {
     return smeared(row, 9) + 0.8f * camera_.level_growth(1) * static_cast<float>(edge - row);
