@@ -14,6 +14,24 @@ inline Config small_grid() {
   return config;
 }
 
+/// A frame with the exact disparities in place of the right image.
+inline StereoFrame given_frame(const scenes::Scene& scene, std::size_t index) {
+  StereoFrame frame{scene.load(index)};
+  frame.right = {};
+  frame.disparity = scene.truth(index).disparity;
+  return frame;
+}
+
+/// Largest P(occupied) within `reach_m` of a place.
+inline float highest_near(const Image<float>& cells, const GridGeometry& grid, Point2 place, double reach_m = 0.6) {
+  float highest{0};
+  for (const auto [ix, iy] : raster(cells)) {
+    const Point2 at{grid.centre(ix, iy)};
+    if (std::hypot(at.x - place.x, at.y - place.y) < reach_m) highest = std::max(highest, cells(ix, iy));
+  }
+  return highest;
+}
+
 /// The whole pipeline on a built-in scene.
 struct Drive {
   explicit Drive(const char* scene_text, const Config& config = preset("default"), int threads = 2,

@@ -18,17 +18,6 @@ double centre_y(const GridGeometry& grid, int iy) {
   return grid.y_min_m + (iy + 0.5) * grid.cell_size_m;
 }
 
-// Largest probability within `reach_m` of a place in the vehicle frame.
-float highest_near(const Image<float>& cells, const GridGeometry& grid, double x_m, double y_m, double reach_m) {
-  float highest{0};
-  for (const auto [ix, iy] : raster(grid.nx, grid.ny)) {
-    if (std::hypot(centre_x(grid, ix) - x_m, centre_y(grid, iy) - y_m) <= reach_m) {
-      highest = std::max(highest, cells(ix, iy));
-    }
-  }
-  return highest;
-}
-
 const Obstacle* nearest(const std::vector<Obstacle>& obstacles, double x_m, double y_m, double reach_m) {
   const Obstacle* found{nullptr};
   for (const Obstacle& obstacle : obstacles) {
@@ -127,16 +116,16 @@ TEST(Chain, IsUnknownBehindAWall) {
       EXPECT_NEAR(result.vehicle.occupancy(ix, iy), 0.5, 0.03);
       EXPECT_TRUE(std::isinf(result.vehicle.age_s(ix, iy)));
     }
-    EXPECT_GT(highest_near(result.observed, grid, 8.0, 0.0, 0.3), 0.75);
-    EXPECT_LT(highest_near(result.observed, grid, 5.0, 0.0, 0.5), 0.3);
+    EXPECT_GT(highest_near(result.observed, grid, {8.0, 0.0}, 0.3), 0.75);
+    EXPECT_LT(highest_near(result.observed, grid, {5.0, 0.0}, 0.5), 0.3);
   }
 }
 
 TEST(Chain, SeesTheCarOnTheLeftAndNothingOnTheRight) {
   Drive run{"crossing"};
   const FrameResult& result{run.step(9)};  // the car is at x = 13, y = 5.6
-  EXPECT_GT(highest_near(result.observed, result.vehicle.geometry, 13.0, 5.6, 0.6), 0.7);
-  EXPECT_LT(highest_near(result.observed, result.vehicle.geometry, 13.0, -5.6, 0.6), 0.6);
+  EXPECT_GT(highest_near(result.observed, result.vehicle.geometry, {13.0, 5.6}, 0.6), 0.7);
+  EXPECT_LT(highest_near(result.observed, result.vehicle.geometry, {13.0, -5.6}, 0.6), 0.6);
 }
 
 // Frames given to the pipeline; the velocities after 1.4 s must be those of the scene. From frame 18 on the walker

@@ -1,21 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The whole pipeline on disparities that are given: those of scenes, which are exact.
+#include "chain_run.hpp"
 #include "stereogrid/error.hpp"
-#include "stereogrid/scenes/scene.hpp"
-#include "support.hpp"
 
-namespace stereogrid {
+namespace stereogrid::test {
 namespace {
 
 using scenes::Scene;
-
-StereoFrame given_frame(const Scene& scene, std::size_t index) {
-  StereoFrame frame{scene.load(index)};
-  frame.right = {};
-  frame.disparity = scene.truth(index).disparity;
-  return frame;
-}
 
 // Balanced log-loss of the observed grid over the cells that the camera sees.
 class LogLoss {
@@ -212,7 +204,7 @@ TEST(GivenChain, MatchedAndGivenFramesMayTakeTurns) {
 }
 
 void expect_refused(Pipeline& pipeline, const StereoFrame& frame, const char* words) {
-  const std::string text{test::error_text_of<InputError>([&] { pipeline.process(frame); })};
+  const std::string text{error_text_of<InputError>([&] { pipeline.process(frame); })};
   EXPECT_NE(text.find(words), std::string::npos) << text;
 }
 
@@ -241,4 +233,4 @@ TEST(GivenChain, WithoutAnyDisparityNothingIsKnown) {
 }
 
 }  // namespace
-}  // namespace stereogrid
+}  // namespace stereogrid::test

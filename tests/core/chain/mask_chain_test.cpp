@@ -28,13 +28,6 @@ bool has_disparity(const FrameResult& result, int u, int v) {
   return stages.obstacle_disparity(u, v) != 0 || stages.road_disparity(u, v) != 0 || stages.match_confidence(u, v) != 0;
 }
 
-StereoFrame given_frame(const Scene& scene, std::size_t index) {
-  StereoFrame frame{scene.load(index)};
-  frame.right = {};
-  frame.disparity = scene.truth(index).disparity;
-  return frame;
-}
-
 TEST(MaskChain, MaskedPixelsHaveNoDisparity) {
   for (const bool is_given : {false, true}) {
     const Scene scene{scenes::parse_scene("street?width=160&height=100"), 2};

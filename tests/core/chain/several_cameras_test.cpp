@@ -22,18 +22,6 @@ Config grid_around() {
   return config;
 }
 
-/// Largest P(occupied) within 0.6 m of a place.
-float highest_near(const Image<float>& cells, const GridGeometry& grid, Point2 place) {
-  float highest{0};
-  for (int iy{0}; iy < grid.ny; ++iy) {
-    for (int ix{0}; ix < grid.nx; ++ix) {
-      const Point2 at{grid.centre(ix, iy)};
-      if (std::hypot(at.x - place.x, at.y - place.y) < 0.6) highest = std::max(highest, cells(ix, iy));
-    }
-  }
-  return highest;
-}
-
 /// Without the frame of a camera.
 StereoFrame without(StereoFrame frame, int camera) {
   std::erase_if(frame.others, [camera](const StereoFrame& other) { return other.camera == camera; });
