@@ -102,8 +102,7 @@ def test_mypy() -> None:
 
 def test_mypy_of_tests_and_examples() -> None:
     pytest.importorskip("mypy")
-    for file in sorted((ROOT / "examples/python").glob("*.py")):
-        check("mypy", file)
+    check("mypy", *sorted(EXAMPLES.glob("*.py")))
 
 
 def test_ruff() -> None:
