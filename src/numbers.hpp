@@ -25,6 +25,9 @@ STEREOGRID_HD inline int Max(int a, int b) {
 STEREOGRID_HD inline int Abs(int a) {
   return a < 0 ? -a : a;
 }
+STEREOGRID_HD inline float Abs(float a) {
+  return a < 0 ? -a : a;
+}
 STEREOGRID_HD inline bool And(bool a, bool b) {
   return a && b;
 }
@@ -72,7 +75,8 @@ STEREOGRID_HD inline float less_half_of_bits(std::uint32_t from, float x) {
   return x;
 }
 
-/// Exponent for which x ≥ ¾ is mantissa_of(x, exponent_of(x)) · 2^exponent_of(x), with a mantissa from ¾ to 1½.
+/// Exponent for which a normal x > 0 is mantissa_of(x, exponent_of(x)) · 2^exponent_of(x), with a mantissa from ¾ to
+/// 1½.
 STEREOGRID_HD inline int exponent_of(float x) {
   std::uint32_t bits{0};
   std::memcpy(&bits, &x, sizeof(bits));
@@ -93,5 +97,7 @@ STEREOGRID_HD inline float power_of_two(float exponent) {
   std::memcpy(&power, &bits, sizeof(power));
   return power;
 }
+
+#include "number_formulas.hpp"
 
 }  // namespace stereogrid

@@ -68,6 +68,8 @@ HWY_INLINE V power_of_two(V exponent) {
   return hn::BitCast(d, hn::ShiftLeft<23>(hn::Add(whole(exponent), hn::Set(ints, 127))));
 }
 
+#include "number_formulas.hpp"
+
 }  // namespace stereogrid::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 #endif

@@ -126,18 +126,6 @@ double width_falling_away(const MatchedFrame& frame, const Rig& rig, const RoadP
   return width_m;
 }
 
-void add_samples(const MatchedFrame& frame, std::vector<GroundSample>& samples) {
-  for_lattice(frame, 0, [&](int u, int v) {
-    const float disparity{disparity_at(frame, u, v)};
-    if (disparity > 0) samples.push_back({static_cast<float>(u), static_cast<float>(v), disparity});
-  });
-}
-
-std::size_t samples_max(const Rig& level_rig) {
-  const MatchLattice lattice{level_rig.width_px, level_rig.height_px};
-  return static_cast<std::size_t>(lattice.across) * static_cast<std::size_t>(lattice.down);
-}
-
 bool has_few_matches(const MatchedFrame& frame, const Rig& level_rig, const Ground& ground, int disparities) {
   if (frame.is_external) return false;
   // the horizon may lie below the image

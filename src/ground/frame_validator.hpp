@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "geometry/matches.hpp"
-#include "ground/plane_numbers.hpp"
+#include "ground/plane_evidence.hpp"
 #include "memory_bytes.hpp"
 #include "stereogrid/exposure.hpp"
 #include "stereogrid/result.hpp"
@@ -56,10 +56,6 @@ double textured_from(const MatchedFrame& frame, double first_row);
 /// remain in the right image: saturated and dark areas there have none.
 double share_of_texture_matched(const MatchedFrame& frame, double first_row, const RoadPlane& road, int disparities,
                                 const GreyTransfer* right_of_left = nullptr);
-
-/// Disparities of either hypothesis at the pixels of MatchLattice; appended.
-void add_samples(const MatchedFrame& frame, std::vector<GroundSample>& samples);
-std::size_t samples_max(const Rig& level_rig);
 
 /// True where too little of the texture below the horizon of `ground` has matched for a valid pair. Where the exposures
 /// are unequal, only texture visible in both images counts.

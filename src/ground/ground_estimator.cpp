@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "ground/plane_numbers.hpp"
 #include "images/patch.hpp"
 
 namespace stereogrid {
@@ -57,6 +56,11 @@ bool is_sound(const FittedPlane& plane) {
 constexpr float own_noise_px{0.5F};
 constexpr float external_noise_px{0.2F};
 
+std::size_t samples_max(const Rig& level_rig) {
+  const MatchLattice lattice{level_rig.width_px, level_rig.height_px};
+  return static_cast<std::size_t>(lattice.across) * static_cast<std::size_t>(lattice.down);
+}
+
 // A plane behind the camera: every pixel is matched as upright.
 Ground out_of_view(const Ground& extrinsics) {
   Ground ground{extrinsics};
@@ -66,9 +70,8 @@ Ground out_of_view(const Ground& extrinsics) {
 
 }  // namespace
 
-GroundWorkspace::GroundWorkspace(const Rig& level_rig) : counts(blocks_of(level_rig)) {
+GroundWorkspace::GroundWorkspace(const Rig& level_rig) : blocks(blocks_of(level_rig)) {
   const std::size_t most{samples_max(level_rig)};
-  lattice.reserve(most);
   samples.reserve(most);
   search.reserve(most);
 }
@@ -91,10 +94,9 @@ Ground GroundEstimator::expected(const GroundState& state, double dt_s) const {
 }
 
 void GroundEstimator::gather(const MatchedFrame& frame, int own_from_row, GroundWorkspace& space) const {
-  space.lattice.clear();
-  add_samples(frame, space.lattice);
-  const auto is_own = [&](const GroundSample& sample) { return sample.v >= static_cast<float>(own_from_row); };
-  std::erase_if(space.lattice, is_own);
+  PlaneSamples& samples{space.samples};
+  collect(frame, own_from_row, samples);
+  weigh(rig_, MatchLattice::step_u, space.blocks, samples);
   int last_row{std::min(rig_.height_px, own_from_row)};
   if (!frame.masked.empty()) {  // the vehicle's own bonnet is not the nearest ground
     const auto is_masked = [&](int v) {
@@ -102,17 +104,41 @@ void GroundEstimator::gather(const MatchedFrame& frame, int own_from_row, Ground
     };
     while (last_row > 1 && is_masked(last_row - 1)) --last_row;
   }
-  weigh(rig_, space.lattice, MatchLattice::step_u, last_row, disparities_, space.counts, space.samples);
-  space.samples.noise_px = frame.is_external ? external_noise_px : own_noise_px;
+  samples.first_x = static_cast<float>(-rig_.cx_px);
+  samples.last_x = static_cast<float>(rig_.width_px - rig_.cx_px);
+  samples.last_y = static_cast<float>(last_row - rig_.cy_px);
+  samples.disparities = static_cast<float>(disparities_);
+  samples.noise_px = frame.is_external ? external_noise_px : own_noise_px;
+}
+
+// Disparities of either hypothesis at the pixels of MatchLattice.
+void GroundEstimator::collect(const MatchedFrame& frame, int own_from_row, PlaneSamples& samples) const {
   constexpr float correlated_blocks{3};  // the rows of a window are alike for longer than its columns
   constexpr float upright_share{0.03F};  // upright windows on ground are biased towards obstacles
   const float side{static_cast<float>(block_px(rig_))};
   const float road_weight{MatchLattice::step_u * MatchLattice::step_v / (correlated_blocks * side * side)};
-  for (std::size_t i{0}; i < space.lattice.size(); ++i) {
-    const GroundSample& sample{space.lattice[i]};
-    const bool is_road{frame.matches.road(static_cast<int>(sample.u), static_cast<int>(sample.v)) > 0};
-    space.samples.fit_weight[i] = is_road ? road_weight : upright_share * road_weight;
+  const float upright_weight{upright_share * road_weight};
+  const MatchLattice lattice{rig_.width_px, rig_.height_px};
+  samples.resize(samples_max(rig_));
+  std::size_t count{0};
+  for (int j{0}; j < lattice.down; ++j) {
+    const int v{MatchLattice::first_v + j * MatchLattice::step_v};
+    if (v >= own_from_row) break;
+    const float y{static_cast<float>(v - rig_.cy_px)};
+    const float* const upright{frame.matches.obstacle.row(v)};
+    const float* const road{frame.matches.road.row(v)};
+    const std::uint8_t* const masked{frame.masked.empty() ? nullptr : frame.masked.row(v)};
+    for (int i{0}; i < lattice.across; ++i) {
+      const int u{MatchLattice::first_u + i * MatchLattice::step_u};
+      if (masked != nullptr && masked[u] != 0) continue;
+      samples.x[count] = static_cast<float>(u - rig_.cx_px);
+      samples.y[count] = y;
+      samples.disparity[count] = std::max(upright[u], road[u]);
+      samples.fit_weight[count] = road[u] > 0 ? road_weight : upright_weight;
+      count += samples.disparity[count] > 0 ? 1 : 0;
+    }
   }
+  samples.resize(count);
 }
 
 GroundFit GroundEstimator::fit(const GroundState& state, double dt_s, GroundWorkspace& space) const {

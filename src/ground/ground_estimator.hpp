@@ -74,10 +74,9 @@ struct SettledGround {
 /// Buffers of GroundEstimator, for one frame at a time.
 struct GroundWorkspace {
   explicit GroundWorkspace(const Rig& level_rig);
-  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(lattice, counts, samples, search); }
+  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(blocks, samples, search); }
 
-  std::vector<GroundSample> lattice;
-  std::vector<int> counts;
+  std::vector<float> blocks;
   PlaneSamples samples;
   PlaneSearchWorkspace search;
 };
@@ -109,6 +108,7 @@ class GroundEstimator {
                                      Point2 place) const;
 
  private:
+  void collect(const MatchedFrame& frame, int own_from_row, PlaneSamples& samples) const;
   [[nodiscard]] GroundFit searched(GroundWorkspace& space) const;
   [[nodiscard]] std::optional<Ground> rolled(double upright_nats, GroundWorkspace& space) const;
   [[nodiscard]] std::optional<Ground> measured(const Ground& expected, const PlaneSamples& samples,

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "ground/ground_estimator.hpp"
-#include "ground/plane_numbers.hpp"
 
 namespace stereogrid {
 namespace {

@@ -1,62 +1,42 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ground/plane_evidence.hpp"
 
+#include <numeric>
+
 namespace stereogrid {
 namespace {
 
-constexpr std::size_t chunk{64};  // samples whose terms are computed by one vectorised loop
-
-// Terms of some neighbouring samples, computed by one vectorised loop.
-struct Terms {
-  Terms(const PlaneHypothesis& plane, const PlaneSamples& samples, std::size_t begin)
-      : count{std::min(chunk, samples.size() - begin)} {
-    const float* const x{samples.x.data() + begin};
-    const float* const y{samples.y.data() + begin};
-    const float* const d{samples.disparity.data() + begin};
-    for (std::size_t i{0}; i < count; ++i) {
-      const PlaneTerm term{term_of(plane, samples.disparities, x[i], y[i], d[i])};
-      evidence[i] = term.evidence;
-      on[i] = term.on;
-      precision[i] = term.precision;
-      residual[i] = term.residual;
-      weight[i] = term.weight;
-    }
+float sum_of(std::array<float, plane_lanes> lanes) {
+  for (std::size_t half{plane_lanes / 2}; half > 0; half /= 2) {
+    for (std::size_t i{0}; i < half; ++i) lanes[i] += lanes[i + half];
   }
-  [[nodiscard]] PlaneTerm at(std::size_t i) const { return {evidence[i], on[i], precision[i], residual[i], weight[i]}; }
-
-  std::size_t count;
-  std::array<float, chunk> evidence, on, precision, residual, weight;
-};
-
-// Calls visit(index, term) for every sample, in order.
-template <class Visit>
-void for_terms(const PlaneHypothesis& plane, const PlaneSamples& samples, const Visit& visit) {
-  for (std::size_t begin{0}; begin < samples.size(); begin += chunk) {
-    const Terms terms{plane, samples, begin};
-    for (std::size_t i{0}; i < terms.count; ++i) visit(begin + i, terms.at(i));
-  }
+  return lanes[0];
 }
 
-// Distribution of numbers in [0, 1].
-class Percentiles {
- public:
-  void add(float share, double weight) {
-    const float bin{share * bins};
-    sums_[static_cast<std::size_t>(std::clamp(bin, 0.0F, bins - 1.0F))] += weight;
-    total_ += weight;
+template <std::size_t count, class AddendsOf>
+PlaneSums<count> summed(const PlaneSamples& samples, std::span<const float> weights, const AddendsOf& addends_of) {
+  PlaneSums<count> all;
+  for (std::size_t begin{0}; begin < samples.size(); begin += plane_block) {
+    std::array<std::array<float, plane_lanes>, count> lanes{};
+    for (std::size_t i{begin}; i < std::min(begin + plane_block, samples.size()); ++i) {
+      const PlaneAddends<float, count> addends{
+          addends_of(samples.x[i], samples.y[i], samples.disparity[i], weights[i])};
+      for (std::size_t k{0}; k < count; ++k) lanes[k][i % plane_lanes] += addends.sums[k];
+      all.bins[static_cast<std::size_t>(bin_of(addends.share))] += static_cast<std::uint64_t>(parts_of(addends.weight));
+    }
+    for (std::size_t k{0}; k < count; ++k) all.sums[k] += sum_of(lanes[k]);
   }
-  [[nodiscard]] double at(double share) const {
-    double below{0};
-    std::size_t bin{0};
-    while (bin + 1 < sums_.size() && (below += sums_[bin]) < share * total_) ++bin;
-    return (static_cast<double>(bin) + 0.5) / bins;
-  }
+  return all;
+}
 
- private:
-  static constexpr int bins{256};
-  std::array<double, bins> sums_{};
-  double total_{0};
-};
+// The share below which `part` of the weight lies.
+double quantile(const std::array<std::uint64_t, share_bins>& bins, double part) {
+  const double all{static_cast<double>(std::accumulate(bins.begin(), bins.end(), std::uint64_t{0}))};
+  double below{0};
+  std::size_t bin{0};
+  while (bin + 1 < bins.size() && (below += static_cast<double>(bins[bin])) < part * all) ++bin;
+  return (static_cast<double>(bin) + 0.5) / share_bins;
+}
 
 }  // namespace
 
@@ -64,33 +44,26 @@ void PlaneSamples::reserve(std::size_t count) {
   for (std::vector<float>* numbers : {&x, &y, &disparity, &weight, &fit_weight}) numbers->reserve(count);
 }
 
-void PlaneSamples::clear() {
-  for (std::vector<float>* numbers : {&x, &y, &disparity, &weight, &fit_weight}) numbers->clear();
+void PlaneSamples::resize(std::size_t count) {
+  for (std::vector<float>* numbers : {&x, &y, &disparity, &weight, &fit_weight}) numbers->resize(count);
 }
 
-void weigh(const Rig& rig, std::span<const GroundSample> samples, double spacing_px, int last_row, int disparities,
-           std::vector<int>& counts, PlaneSamples& out) {
+void weigh(const Rig& rig, double spacing_px, std::vector<float>& blocks, PlaneSamples& samples) {
   constexpr double least_part{0.25};  // share of a full block: single matches are often wrong
   const int side{block_px(rig)};
-  const int across{rig.width_px / side + 1};
-  const auto block_of = [&](const GroundSample& sample) {
-    return static_cast<std::size_t>(static_cast<int>(sample.v) / side * across + static_cast<int>(sample.u) / side);
-  };
-  counts.assign(blocks_of(rig), 0);
-  for (const GroundSample& sample : samples) ++counts[block_of(sample)];
-  const double full{side * side / (spacing_px * spacing_px)};
-  out.clear();
-  for (const GroundSample& sample : samples) {
-    out.x.push_back(static_cast<float>(sample.u - rig.cx_px));
-    out.y.push_back(static_cast<float>(sample.v - rig.cy_px));
-    out.disparity.push_back(sample.disparity);
-    out.weight.push_back(static_cast<float>(1 / std::max<double>(counts[block_of(sample)], least_part * full)));
-  }
-  out.fit_weight = out.weight;
-  out.first_x = static_cast<float>(-rig.cx_px);
-  out.last_x = static_cast<float>(rig.width_px - rig.cx_px);
-  out.last_y = static_cast<float>(last_row - rig.cy_px);
-  out.disparities = static_cast<float>(disparities);
+  const float per_px{1.0F / static_cast<float>(side)};
+  const float across{static_cast<float>(rig.width_px / side + 1)};
+  const float first_x{
+      static_cast<float>(rig.cx_px + 0.5)};  // half a pixel off the blocks' borders: no rounding matters
+  const float first_y{static_cast<float>(rig.cy_px + 0.5)};
+  const auto block_of = [&](float from_border) { return static_cast<float>(static_cast<int>(from_border * per_px)); };
+  for (std::size_t i{0}; i < samples.size(); ++i)
+    samples.weight[i] = block_of(samples.y[i] + first_y) * across + block_of(samples.x[i] + first_x);
+  blocks.assign(blocks_of(rig), 0);
+  for (const float block : samples.weight) ++blocks[static_cast<std::size_t>(block)];
+  const float least{static_cast<float>(least_part * side * side / (spacing_px * spacing_px))};
+  for (float& block : blocks) block = 1 / std::max(block, least);
+  for (float& block : samples.weight) block = blocks[static_cast<std::size_t>(block)];
 }
 
 PlaneHypothesis::PlaneHypothesis(const RoadPlane& plane, const Rig& rig, const PlaneSamples& samples)
@@ -101,57 +74,28 @@ PlaneHypothesis::PlaneHypothesis(const RoadPlane& plane, const Rig& rig, const P
   constexpr double path_heights{0.6};  // half the width of the vehicle's path, in heights of the camera
   const float largest{std::max(expected(samples.first_x, samples.last_y), expected(samples.last_x, samples.last_y))};
   near_px = std::clamp(largest, 1.0F, std::max(samples.disparities - 1, 1.0F));
-  per_half_px = 2 / near_px;
   const double gz{plane.at_centre / rig.focal_px};
   const double baseline_of_height{std::sqrt(plane.per_u * plane.per_u + plane.per_v * plane.per_v + gz * gz)};
   per_path_px = static_cast<float>(baseline_of_height / path_heights);
 }
 
-PlaneEvidence evidence_of(const PlaneHypothesis& plane, const PlaneSamples& samples) {
-  PlaneEvidence sum;
-  std::array<float, chunk> nats;
-  std::array<float, chunk> near;
-  for (std::size_t begin{0}; begin < samples.size(); begin += chunk) {
-    const std::size_t count{std::min(chunk, samples.size() - begin)};
-    const float* const x{samples.x.data() + begin};
-    const float* const y{samples.y.data() + begin};
-    const float* const d{samples.disparity.data() + begin};
-    const float* const w{samples.weight.data() + begin};
-    for (std::size_t i{0}; i < count; ++i) {
-      const PlaneTerm term{term_of(plane, samples.disparities, x[i], y[i], d[i])};
-      nats[i] = w[i] * term.weight * term.evidence;
-      near[i] = term.weight >= 1 ? nats[i] : 0.0F;  // weight_of_distance: the nearest half
-    }
-    for (std::size_t i{0}; i < count; ++i) {
-      sum.all += nats[i];
-      sum.near += near[i];
-    }
-  }
-  return sum;
+PlaneSums<support_sums> plain::sum_support(const PlaneHypothesis& plane, const PlaneSamples& samples) {
+  return summed<support_sums>(samples, samples.weight, [&](float x, float y, float d, float weight) {
+    return support_addends(plane, samples.disparities, x, y, d, weight);
+  });
+}
+
+PlaneSums<equation_sums> plain::sum_equations(const PlaneHypothesis& plane, const PlaneSamples& samples,
+                                              std::span<const float> weights) {
+  return summed<equation_sums>(samples, weights, [&](float x, float y, float d, float weight) {
+    return equation_addends(plane, samples.disparities, x, y, d, weight);
+  });
 }
 
 PlaneSupport support_of(const PlaneHypothesis& plane, const PlaneSamples& samples) {
-  constexpr float near_part{0.5F};
-  constexpr float ring_part{0.7F};
-  PlaneSupport support;
-  Percentiles expected;
-  for_terms(plane, samples, [&](std::size_t i, const PlaneTerm& term) {
-    if (!(term.weight > 0)) return;
-    const double weight{samples.weight[i]};
-    const float e{samples.disparity[i] - term.residual};
-    const bool is_on{term.on > 0.5F};
-    support.evidence += weight * term.weight * term.evidence;
-    support.on += is_on ? weight * term.weight : 0;
-    support.below += !is_on && term.residual < 0 ? weight * term.weight : 0;
-    const bool is_near{e >= near_part * plane.near_px};
-    support.near_all += is_near ? weight : 0;
-    support.near_on += is_near && is_on ? weight : 0;
-    const bool is_nearest{e >= ring_part * plane.near_px};
-    support.ring_all += is_nearest ? weight : 0;
-    support.ring_on += is_nearest && is_on ? weight : 0;
-    if (is_on) expected.add(e / plane.near_px, weight);
-  });
-  if (support.on > 0) support.depth_ratio = expected.at(0.9) / expected.at(0.1);
+  const auto [sums, bins] = sum_support(plane, samples);
+  PlaneSupport support{sums[0], sums[1], sums[2], sums[3], sums[4], sums[5], sums[6], sums[7]};
+  if (support.on > 0) support.depth_ratio = quantile(bins, 0.9) / quantile(bins, 0.1);
   return support;
 }
 
@@ -163,8 +107,8 @@ double ring_margin(const PlaneHypothesis& p, const PlaneHypothesis& q, const Pla
     if (samples.disparity[i] < least_px) continue;
     const float x{samples.x[i]};
     const float y{samples.y[i]};
-    const PlaneTerm by_p{term_of(p, samples.disparities, x, y, samples.disparity[i])};
-    const PlaneTerm by_q{term_of(q, samples.disparities, x, y, samples.disparity[i])};
+    const PlaneTerm<float> by_p{term_of(p, samples.disparities, x, y, samples.disparity[i])};
+    const PlaneTerm<float> by_q{term_of(q, samples.disparities, x, y, samples.disparity[i])};
     margin += samples.weight[i] * (by_p.weight * by_p.evidence - by_q.weight * by_q.evidence);
   }
   return margin;
@@ -180,40 +124,18 @@ bool are_in_conflict(const PlaneHypothesis& p, const PlaneHypothesis& q, const P
     if (e < nearest_part * p.near_px) continue;
     const float gap{e - q.expected(samples.x[i], samples.y[i])};
     all += samples.weight[i];
-    apart += gap * gap > sigmas * sigmas * variance_of(e, p) ? samples.weight[i] : 0;
+    apart += gap * gap > sigmas * sigmas * variance_of(p, e) ? samples.weight[i] : 0;
   }
   return 2 * apart > all;
 }
 
 PlaneEquations equations_of(const PlaneHypothesis& plane, const PlaneSamples& samples, std::span<const float> weights) {
-  constexpr float deviation_max_px{2};
-  constexpr float nearest_far_px{4};  // farther away, the feet of obstacles have as many samples as ground
-  const float least_px{std::min(nearest_far_px, plane.near_px / 4)};
-  PlaneEquations sums;
-  Percentiles deviations;
-  for_terms(plane, samples, [&](std::size_t i, const PlaneTerm& term) {
-    if (weights[i] * term.weight == 0 || samples.disparity[i] - term.residual < least_px) return;
-    const float deviation{std::abs(term.residual)};
-    if (deviation < deviation_max_px) deviations.add(deviation / deviation_max_px, weights[i] * term.weight);
-    const double weight{weights[i] * term.weight * term.on * term.precision};
-    const double x{samples.x[i] / 100};
-    const double y{samples.y[i] / 100};
-    const double r{weight * term.residual};
-    sums.vector[0] += r;
-    sums.vector[1] += r * x;
-    sums.vector[2] += r * y;
-    sums.matrix[0][0] += weight;
-    sums.matrix[1][0] += weight * x;
-    sums.matrix[1][1] += weight * x * x;
-    sums.matrix[2][0] += weight * y;
-    sums.matrix[2][1] += weight * y * x;
-    sums.matrix[2][2] += weight * y * y;
-  });
-  for (int i{0}; i < 3; ++i) {
-    for (int j{i + 1}; j < 3; ++j) sums.matrix[i][j] = sums.matrix[j][i];
-  }
-  sums.deviation_px = static_cast<float>(deviations.at(0.5)) * deviation_max_px;
-  return sums;
+  const auto [sums, bins] = sum_equations(plane, samples, weights);
+  const auto [r, rx, ry, one, x, y, xx, xy, yy] = sums;
+  const Matrix3 matrix{{{one, x, y}, {x, xx, xy}, {y, xy, yy}}};
+  const Vector3 per_number{1, 0.01, 0.01};
+  return {carried(diagonal(per_number), matrix), diagonal(per_number) * Vector3{r, rx, ry},
+          static_cast<float>(quantile(bins, 0.5)) * deviation_max_px};
 }
 
 }  // namespace stereogrid

@@ -3,46 +3,103 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
-#include "ground/plane_numbers.hpp"
+#include "geometry/matrix3.hpp"
+#include "geometry/road_plane.hpp"
 #include "memory_bytes.hpp"
+#include "numbers.hpp"
 
 namespace stereogrid {
 
-/// exp(x) for −80 ≤ x ≤ 0; smaller x are clamped. Relative error below 1e-5. The same bits on every platform, and
-/// vectorised by compilers.
-inline float exp_of(float x) {
-  constexpr float log2_e{1.44269504F};
-  const float scaled{(x < -80 ? -80 : x) * log2_e};
-  const int whole{static_cast<int>(scaled)};
-  const float f{scaled - static_cast<float>(whole)};  // −1 < f ≤ 0
-  // Chebyshev approximation of 2^f
-  const float power{0.9999981F + f * (0.6930507F + f * (0.23943922F + f * (0.05322683F + f * 0.00684199F)))};
-  return power * std::bit_cast<float>((whole + 127) << 23);
+/// Minimum number of samples of a road.
+constexpr int ground_samples_min{100};
+
+STEREOGRID_HD constexpr double radians(double degrees) {
+  return degrees * 3.14159265358979323846 / 180;
 }
 
-/// Natural logarithm of a normal positive number. Absolute error below 2e-5.
-inline float ln_of(float x) {
-  constexpr float ln_2{0.69314718F};
-  const std::int32_t bits{std::bit_cast<std::int32_t>(x)};
-  const float t{std::bit_cast<float>((bits & 0x007fffff) | 0x3f800000) - 1};  // 0 ≤ t < 1
-  // Chebyshev approximation of ln(1 + t)/t
-  const float series{0.99999183F +
-                     t * (-0.4993726F + t * (0.32529515F + t * (-0.2102937F + t * (0.10150005F - t * 0.02397957F))))};
-  return static_cast<float>((bits >> 23) - 127) * ln_2 + t * series;
+// A plane's three numbers, at_centre in px, per_u and per_v in px per 100 px, are of like size.
+
+STEREOGRID_HD inline Vector3 numbers_of(const RoadPlane& plane) {
+  return {{plane.at_centre, 100 * plane.per_u, 100 * plane.per_v}};
 }
 
-/// 1/√x of a normal positive number. Relative error below 1e-5.
-inline float inverse_root_of(float x) {
-  float y{std::bit_cast<float>(0x5f375a86 - (std::bit_cast<std::int32_t>(x) >> 1))};
-  for (int round{0}; round < 2; ++round) y = y * (1.5F - 0.5F * x * y * y);
-  return y;
+STEREOGRID_HD inline Matrix3 numbers_by_ground(const Rig& rig, const Ground& ground) {
+  return diagonal({{1, 100, 100}}) * plane_by_ground(rig, ground);
+}
+
+STEREOGRID_HD inline void move(RoadPlane& plane, const Vector3& numbers) {
+  plane.at_centre += numbers[0];
+  plane.per_u += numbers[1] / 100;
+  plane.per_v += numbers[2] / 100;
+}
+
+/// Estimate of a plane's numbers from the samples alone.
+struct PlaneMeasurement {
+  Vector3 numbers{};
+  Matrix3 covariance{};
+};
+
+/// Covariance of errors common to all pixels of a frame: kerbs and the feet of obstacles classified as road, mostly far
+/// away. Source: the synthetic sets, whose plane is exact.
+STEREOGRID_HD inline Matrix3 common_errors() {
+  constexpr double common_px[3]{0.03, 0.004, 0.02};  // px and px per 100 px
+  return diagonal({{common_px[0] * common_px[0], common_px[1] * common_px[1], common_px[2] * common_px[2]}});
+}
+
+STEREOGRID_HD inline double to_whole(double value, double steps) {
+  return std::floor(value * steps + 0.5) / steps;
+}
+
+/// Height, angles and their standard deviations in whole 2⁻²⁰ m and rad, correlations in whole 2⁻¹². Back ends with
+/// another order of summation then nearly always give the same ground, and the same matches, to the bit.
+STEREOGRID_HD inline Ground rounded(Ground ground) {
+  constexpr double lengths{1 << 20};
+  constexpr double correlations{1 << 12};
+  ground.height_m = to_whole(ground.height_m, lengths);
+  ground.pitch_rad = to_whole(ground.pitch_rad, lengths);
+  ground.roll_rad = to_whole(ground.roll_rad, lengths);
+  ground.height_sigma_m = to_whole(ground.height_sigma_m, lengths);
+  ground.pitch_sigma_rad = to_whole(ground.pitch_sigma_rad, lengths);
+  ground.roll_sigma_rad = to_whole(ground.roll_sigma_rad, lengths);
+  // less by one step in all: the covariance remains positive definite
+  constexpr double shrunk{1 - 1 / correlations};
+  ground.height_pitch_correlation = to_whole(shrunk * ground.height_pitch_correlation, correlations);
+  ground.height_roll_correlation = to_whole(shrunk * ground.height_roll_correlation, correlations);
+  ground.pitch_roll_correlation = to_whole(shrunk * ground.pitch_roll_correlation, correlations);
+  return ground;
+}
+
+/// Correlation time of the suspension and of the road's slope under the vehicle.
+constexpr double correlated_s{5};
+
+/// Covariance of (height, pitch, roll) of a frame's plane relative to the extrinsics: what the suspension does.
+inline Matrix3 suspension(const Ground& extrinsics) {
+  const double height_m{0.02 * extrinsics.height_m};
+  constexpr double pitch_rad{radians(0.5)};
+  constexpr double roll_rad{radians(0.7)};
+  return diagonal({{height_m * height_m, pitch_rad * pitch_rad, roll_rad * roll_rad}});
+}
+
+inline Vector3 difference(const Ground& a, const Ground& b) {
+  return {a.height_m - b.height_m, a.pitch_rad - b.pitch_rad, a.roll_rad - b.roll_rad};
+}
+
+/// The Kalman filter's step: `before` with `covariance`, measured as `seen` with `noise`.
+inline Ground fused(const Ground& before, const Matrix3& covariance, const Ground& seen, const Matrix3& noise) {
+  const Matrix3 gain{covariance * inverse(covariance + noise)};
+  const Vector3 step{gain * difference(seen, before)};
+  const Matrix3 rest{diagonal({{1, 1, 1}}) + scaled(-1, gain)};
+  Ground after{before};
+  after.height_m += step[0];
+  after.pitch_rad += step[1];
+  after.roll_rad += step[2];
+  return with_covariance(after, carried(rest, covariance) + carried(gain, noise));
 }
 
 /// Disparities of a frame at lattice pixels, of either hypothesis, in the order of their rows.
@@ -50,7 +107,8 @@ struct PlaneSamples {
   [[nodiscard]] std::size_t size() const { return x.size(); }
   [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(x, y, disparity, weight, fit_weight); }
   void reserve(std::size_t count);
-  void clear();
+  void resize(std::size_t count);
+  void clear() { resize(0); }
 
   std::vector<float> x;           ///< u − cx_px
   std::vector<float> y;           ///< v − cy_px
@@ -76,10 +134,9 @@ inline std::size_t blocks_of(const Rig& rig) {
   return static_cast<std::size_t>(rig.width_px / side + 1) * static_cast<std::size_t>(rig.height_px / side + 1);
 }
 
-/// Sets `out` to `samples`. `spacing_px`: distance of neighbouring samples in rows and columns. `last_row`: lowest
-/// image row that is not masked. `counts`: scratch.
-void weigh(const Rig& rig, std::span<const GroundSample> samples, double spacing_px, int last_row, int disparities,
-           std::vector<int>& counts, PlaneSamples& out);
+/// Sets PlaneSamples::weight of samples at pixels. `spacing_px`: distance of neighbouring samples in rows and columns.
+/// `blocks`: scratch of blocks_of(rig).
+void weigh(const Rig& rig, double spacing_px, std::vector<float>& blocks, PlaneSamples& samples);
 
 /// A plane as the evidence needs it: its disparities are those of RoadPlane.
 struct PlaneHypothesis {
@@ -94,67 +151,45 @@ struct PlaneHypothesis {
   float flatness{0.02F};  ///< unevenness of ground, share of the disparity: roads are cambered
   float noise_px{0.5F};   ///< standard deviation of the matcher's disparities on ground
   float near_px{1};       ///< largest disparity in view that can be matched
-  float per_half_px{2};   ///< 2 / near_px
   float per_path_px{0};   ///< expected disparity at the border of the vehicle's path, per px from the image's centre
 };
 
 /// Smallest expected disparity of ground whose distance is known well enough to distinguish planes, px.
 constexpr float ground_px_min{1.5F};
 
-/// Weight of a sample by distance, 0.15 … 1: the nearest half of the view counts fully, slopes and stairs ahead less.
-inline float weight_of_distance(float expected, float per_half_px) {
-  constexpr float far_weight{0.15F};
-  const float share{expected * per_half_px};
-  const float bounded{share < 1 ? share : 1};
-  return bounded < far_weight ? far_weight : bounded;
-}
+/// Sums of a plane's addends over all samples: partial sums of plane_block samples, each of plane_lanes floats that are
+/// added by halves, are added in their order. The same on every machine, and with any number of threads.
+constexpr std::size_t plane_block{256};
+constexpr std::size_t plane_lanes{8};
+constexpr std::size_t support_sums{8};
+constexpr std::size_t equation_sums{9};
+constexpr int share_bins{256};
+constexpr int share_parts{1 << 20};
+constexpr float deviation_max_px{2};
 
-/// Likelihood of one disparity if the plane is the ground, by visibility: a sample lies on the ground, above it
-/// (obstacles stand on ground: neutral) or below it (ground is opaque: unlikely).
-struct PlaneTerm {
-  float evidence;   ///< ln(p(d | plane) / p(d | no ground)), nats; 0 where the plane cannot be seen
-  float on;         ///< probability that the sample is on the plane
-  float precision;  ///< 1/σ² of samples on the plane, px⁻²
-  float residual;   ///< d − expected, px
-  float weight;     ///< weight_of_distance; 0 where the plane cannot be seen
+#include "ground/plane_formulas.hpp"
+
+template <std::size_t count>
+struct PlaneSums {
+  std::array<double, count> sums{};
+  std::array<std::uint64_t, share_bins> bins{};
 };
 
-inline float variance_of(float expected, const PlaneHypothesis& plane) {
-  const float uneven{plane.flatness * expected};
-  return plane.noise_px * plane.noise_px + uneven * uneven;
-}
+PlaneSums<support_sums> sum_support(const PlaneHypothesis& plane, const PlaneSamples& samples);
+PlaneSums<equation_sums> sum_equations(const PlaneHypothesis& plane, const PlaneSamples& samples,
+                                       std::span<const float> weights);
 
-inline PlaneTerm term_of(const PlaneHypothesis& plane, float disparities, float x, float y, float d) {
-  constexpr float on_share{0.5F};
-  constexpr float above_share{0.47F};
-  constexpr float above_share_ahead{0.12F};  // in front of the wheels the space is free: the vehicle stands there
-  constexpr float below_share{0.03F};        // mirrors and mismatches
-  constexpr float ahead_part{0.7F};          // share of near_px
-  constexpr float least_range_px{4};
-  constexpr float inverse_root_2pi{0.39894228F};
-  const float e{plane.expected(x, y)};
-  const float r{d - e};
-  const float variance{variance_of(e, plane)};
-  const float root{inverse_root_of(variance)};
-  const float precision{root * root};
-  const float normal{on_share * inverse_root_2pi * root * exp_of(-0.5F * r * r * precision)};
-  const float across{(x < 0 ? -x : x) * plane.per_path_px};
-  // sequential selects: compilers vectorise no other conditions
-  float above{across <= e ? above_share_ahead : above_share};
-  above = e >= ahead_part * plane.near_px ? above : above_share;
-  const float range{disparities - e};
-  const float side{r > 0 ? above : below_share};
-  const float width{r > 0 ? range : e};
-  const float all{normal + side / (width < least_range_px ? least_range_px : width)};
-  float seen{e > ground_px_min ? 1.0F : 0.0F};  // the plane is there, and can be matched
-  seen = range > 1 ? seen : 0.0F;
-  return {seen * ln_of(all * disparities), seen * normal / all, precision, r,
-          seen * weight_of_distance(e, plane.per_half_px)};
-}
+/// The same in plain loops: the definition.
+namespace plain {
+PlaneSums<support_sums> sum_support(const PlaneHypothesis& plane, const PlaneSamples& samples);
+PlaneSums<equation_sums> sum_equations(const PlaneHypothesis& plane, const PlaneSamples& samples,
+                                       std::span<const float> weights);
+}  // namespace plain
 
 /// Evidence of a plane, without prior, in nats, and what it rests on. Counts are sums of weights.
 struct PlaneSupport {
   double evidence{0};
+  double near_evidence{0};  ///< part from the nearest half of the view
   double on{0};
   double below{0};
   double near_all{0};     ///< samples in the nearest half of the view: at least half of the largest disparity
@@ -166,12 +201,6 @@ struct PlaneSupport {
   [[nodiscard]] double near_share() const { return near_all > 0 ? near_on / near_all : 0; }
 };
 
-/// Sum of PlaneSupport::evidence alone, and its part from the nearest half of the view.
-struct PlaneEvidence {
-  double all{0};
-  double near{0};
-};
-PlaneEvidence evidence_of(const PlaneHypothesis& plane, const PlaneSamples& samples);
 PlaneSupport support_of(const PlaneHypothesis& plane, const PlaneSamples& samples);
 
 /// Evidence of p less that of q over the nearest samples, of at least 0.6 of the largest disparity that either expects

@@ -6,8 +6,6 @@
 #include <cstdint>
 #include <span>
 
-#include "ground/plane_numbers.hpp"
-
 namespace stereogrid {
 namespace {
 
@@ -86,10 +84,10 @@ void sort_by(double PlaneSearchWorkspace::Scored::*score, std::span<PlaneSearchW
 void rate(const Rig& rig, const PlaneSamples& samples, const PlanePrior& prior,
           std::vector<PlaneSearchWorkspace::Scored>& scored) {
   for (PlaneSearchWorkspace::Scored& one : scored) {
-    const PlaneEvidence evidence{evidence_of({one.plane, rig, samples}, samples)};
+    const PlaneSupport support{support_of({one.plane, rig, samples}, samples)};
     const double density{prior.log_density(ground_of(rig, one.plane))};
-    one.score = evidence.all + density;
-    one.near = evidence.near + density;
+    one.score = support.evidence + density;
+    one.near = support.near_evidence + density;
   }
 }
 

@@ -18,6 +18,13 @@ inline Rig scene_rig() {
   return rig;
 }
 
+/// Disparity of a pixel.
+struct GroundSample {
+  float u;
+  float v;
+  float disparity;
+};
+
 /// Surfaces in view; a pixel has the largest disparity of all.
 struct GroundScene {
   Ground floor{1.2, 0.2, 0};
@@ -69,9 +76,20 @@ struct GroundScene {
 };
 
 inline PlaneSamples weighed(const Rig& rig, const std::vector<GroundSample>& samples, int step = 6) {
-  std::vector<int> counts;
   PlaneSamples weighed;
-  weigh(rig, samples, step, rig.height_px, 128, counts, weighed);
+  weighed.resize(samples.size());
+  for (std::size_t i{0}; i < samples.size(); ++i) {
+    weighed.x[i] = static_cast<float>(samples[i].u - rig.cx_px);
+    weighed.y[i] = static_cast<float>(samples[i].v - rig.cy_px);
+    weighed.disparity[i] = samples[i].disparity;
+  }
+  std::vector<float> blocks;
+  weigh(rig, step, blocks, weighed);
+  weighed.fit_weight = weighed.weight;
+  weighed.first_x = static_cast<float>(-rig.cx_px);
+  weighed.last_x = static_cast<float>(rig.width_px - rig.cx_px);
+  weighed.last_y = static_cast<float>(rig.height_px - rig.cy_px);
+  weighed.disparities = 128;
   return weighed;
 }
 

@@ -14,18 +14,6 @@ STEREOGRID_HD inline auto subpixel_offset(Int before, Int at, Int after) {
   return IfThenElseZero(condition(offset, rise > number(rise, 0)), bounded);
 }
 
-/// 1/√x to six digits, for x ≥ 1, of sums and products only: the same everywhere, and many times as fast as a root and
-/// a division. An integer view of the number gives a first guess (Quake III's, after C. Walsh), Newton's steps the
-/// rest.
-template <class Real>
-STEREOGRID_HD inline Real inverse_root(Real x) {
-  const Real half{number(x, 0.5f) * x};
-  const Real three_halves{number(x, 1.5f)};
-  const Real guess{less_half_of_bits(0x5f375a86u, x)};
-  const Real root{guess * (three_halves - half * guess * guess)};
-  return root * (three_halves - half * root * root);
-}
-
 /// Evidence for a disparity, from the winner's cost, its rise to the cheaper neighbour, the other hypothesis' distance
 /// (all costs) and the disparity (px): straight lines with ends, fitted to lidar and exact truth; nothing in it rounds
 /// differently elsewhere.

@@ -5,6 +5,7 @@
 #include "backend/cpu.hpp"
 #include "backend/reference.hpp"
 #include "filter_run.hpp"
+#include "ground_scene.hpp"
 #include "images/patch.hpp"
 #include "plain_places.hpp"
 #include "support.hpp"
@@ -109,6 +110,40 @@ TEST(MediansEquality, OnEveryInstructionSet) {
         find_medians(obstacles, roads, column, {first_row, rows_count}, actual.data());
         EXPECT_EQ(expected, actual) << name_of_target(target) << ", " << columns << " px";
       }
+    }
+  }
+}
+
+TEST(PlaneSumsEquality, OnEveryInstructionSet) {
+  Random random{std::mt19937{3}};
+  const Rig rig{scene_rig()};
+  for (const std::size_t count : {0, 1, 8, 255, 256, 257, 2000}) {
+    PlaneSamples samples;
+    samples.resize(count);
+    samples.disparities = 64;
+    samples.last_y = static_cast<float>(rig.height_px - rig.cy_px);
+    const PlaneHypothesis plane{road_plane(rig, {1.2, 0.2, 0.02}), rig, samples};
+    for (std::size_t i{0}; i < count; ++i) {
+      samples.x[i] = random.between(-300, 300);
+      samples.y[i] = random.between(-100, 200);
+      const float beside_px{random.generator() % 3 == 0 ? 20.0f : 1.0f};
+      samples.disparity[i] =
+          std::max(plane.expected(samples.x[i], samples.y[i]) + random.between(-1, 1) * beside_px, 0.5f);
+      samples.weight[i] = random.between(0, 1);
+      samples.fit_weight[i] = random.generator() % 4 == 0 ? 0.0f : samples.weight[i];
+    }
+    const auto support = plain::sum_support(plane, samples);
+    const auto equations = plain::sum_equations(plane, samples, samples.fit_weight);
+    EXPECT_EQ(support.sums[2] > 0 && equations.sums[3] > 0, count >= 8);
+    for (const std::int64_t target : vector_targets()) {
+      const ForcedTarget forced{target};
+      SCOPED_TRACE(testing::Message() << name_of_target(target) << ", " << count << " samples");
+      const auto support_there = sum_support(plane, samples);
+      EXPECT_EQ(support.sums, support_there.sums);
+      EXPECT_EQ(support.bins, support_there.bins);
+      const auto equations_there = sum_equations(plane, samples, samples.fit_weight);
+      EXPECT_EQ(equations.sums, equations_there.sums);
+      EXPECT_EQ(equations.bins, equations_there.bins);
     }
   }
 }

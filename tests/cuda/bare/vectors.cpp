@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ground/plane_evidence.hpp"
 #include "images/patch.hpp"
 #include "matching/checks/simd.hpp"
 #include "matching/correlation/simd.hpp"
@@ -46,6 +47,14 @@ bool cut(View<const std::uint8_t> image, Place place, float shear, Template& pat
 std::optional<Place> find(View<const std::uint8_t> image, const Template& patch, float shear, Place start,
                           FindLimits limits) {
   return plain::find(image, patch, shear, start, limits);
+}
+
+PlaneSums<support_sums> sum_support(const PlaneHypothesis& plane, const PlaneSamples& samples) {
+  return plain::sum_support(plane, samples);
+}
+PlaneSums<equation_sums> sum_equations(const PlaneHypothesis& plane, const PlaneSamples& samples,
+                                       std::span<const float> weights) {
+  return plain::sum_equations(plane, samples, weights);
 }
 
 void find_upright(const float* row, int width, int begin, int end, const UprightRow& limits, UprightPixels& pixels) {

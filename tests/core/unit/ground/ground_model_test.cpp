@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "geometry/road_plane.hpp"
-#include "ground/plane_numbers.hpp"
+#include "ground/plane_evidence.hpp"
 
 #include "support.hpp"
 
