@@ -91,21 +91,16 @@ STEREOGRID_HD inline Gap classify_gap(const TerrainCamera& camera, const Terrain
   const float drop_m{front.z - gap.landing_z};
   gap.slope = landing.per_row > 0 ? camera.slope_of(landing.per_row, h, gap.edge_x) : 1e3f;
   const float landing_h{camera.height_m - gap.landing_z};
-  const bool is_upright{landing.per_row < 0.35f * camera.level_growth(landing_h)};
-
+  const bool is_upright{camera.is_upright(landing.per_row, landing_h + limits.slope * gap.landing_x)};
   const float sigma_z{camera.elevation_sigma(landing_h, gap.landing_x, front.sigma_px)};
   const float smear_m{front.window_rows / 2 * camera.tangent_per_v * gap.landing_x};
-  const bool is_far_wall{is_upright && drop_m > std::max(0.3f * limits.step_m, smear_m) &&
+  const bool is_far_wall{is_upright && drop_m > smear_m &&
                          gap.landing_x - gap.edge_x > 2 * camera.range_sigma(gap.edge_x, front.sigma_px)};
-  const bool is_face{camera.is_upright(landing.per_row, landing_h + limits.slope * gap.landing_x) &&
-                     (t + front.rise) * gap.landing_x - line_h > limits.step_m + 2 * sigma_z};
+  const bool is_face{is_upright && (t + front.rise) * gap.landing_x - line_h > limits.step_m + 2 * sigma_z};
   if (is_face || (t >= limits.drop_slope && (drop_m > limits.step_m + 2 * sigma_z || is_far_wall))) {
     gap.kind = GapKind::drop;
-  } else if (drop_m < 0.9f * limits.step_m + sigma_z && !is_upright &&
-             gap.landing_x - gap.edge_x < 1.3f * gap.edge_x * limits.step_m / h) {
-    gap.kind = GapKind::bridge;
   } else if (drop_m < 0.9f * limits.step_m + sigma_z) {
-    gap.kind = GapKind::none;
+    gap.kind = is_upright ? GapKind::none : GapKind::bridge;
   }
   return gap;
 }

@@ -140,8 +140,8 @@ struct RingView {
     const float fewest{std::max(2.0f, 0.3f * std::min(face_rows, std::max(top_rows, 0.0f)))};
     return static_cast<float>(samples.above) >= fewest;
   }
-  /// First row, upwards, with a sample behind and below the expected ground; no_row: fewer than half of the ground's
-  /// rows have one. `z_near`, `z_far`: elevation of the ground at both ends.
+  /// First row, upwards, with a sample behind the ring; no_row: fewer than half of the ground's rows have one.
+  /// `z_near`, `z_far`: elevation of the ground at both ends.
   [[nodiscard]] STEREOGRID_HD int row_through(float z_near, float z_far) const {
     const float height{in->camera.height_m};
     const auto row_at = [&](float z, float at_x) {
@@ -156,7 +156,7 @@ struct RingView {
     for (int v{lowest}; v >= highest; --v) {
       if (!(rows.disparity[v] > 0)) continue;
       ++valid;
-      if (rows.x[v] < behind_m || rows.z[v] > std::min(z_near, z_far)) continue;
+      if (rows.x[v] < behind_m) continue;
       ++through;
       if (first == no_row) first = v;
     }

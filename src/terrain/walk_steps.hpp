@@ -174,8 +174,7 @@ STEREOGRID_HD inline bool Walk::take_over(View<const SectorWalk> walks) {
 }
 
 STEREOGRID_HD inline void Walk::step_lost() {
-  if (is_blind() || (!state_.is_blocked && meet_trench())) return;
-  if (walk_.end != no_ring && ring_ >= walk_.end) cells_[ring_].kind = TerrainClass::hidden;
+  if (!is_blind() && walk_.end != no_ring && ring_ >= walk_.end) cells_[ring_].kind = TerrainClass::hidden;
 }
 
 STEREOGRID_HD inline void Walk::meet_gap(int row, float z) {

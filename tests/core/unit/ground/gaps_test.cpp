@@ -67,10 +67,6 @@ TEST_F(Gaps, RisingGroundBehindASmallStepIsABridge) {
   EXPECT_EQ(classified(5, -0.1f, 0.2f, 0.2f).kind, GapKind::bridge);
 }
 
-TEST_F(Gaps, NoisyGroundFartherThanAStepHidesIsNoBridge) {
-  EXPECT_EQ(classified(10, -0.48f, 0.1f, 0.8f).kind, GapKind::none);
-}
-
 TEST_F(Gaps, UprightWallsBehindAreDropsIfTheyAreFartherThanTheNoise) {
   EXPECT_EQ(classified(5, -10.1f, 20, 0.2f).kind, GapKind::drop);
   EXPECT_EQ(classified(5, -10.1f, 20, 1).kind, GapKind::none);
