@@ -69,6 +69,10 @@ Rejection CameraPipeline::check(CameraFrame& now) {
   const bool decides_terrain{state_.terrain || !config_.ground.estimate};
   if (rejection == Rejection::none && !decides_terrain && falls_away(matches, rig_, ground.plane))
     rejection.reason = Rejection::falls_away;
+  if (state_.terrain) {
+    const ScopedTimer timer{now.times.ground};
+    stages_->finish_ground(*state_.terrain, now.result);
+  }
   if (!(rejection == Rejection::none)) return rejection;
   const ScopedTimer timer{now.times.track};
   const Relief<Host> relief{state_.terrain ? state_.terrain->rules().relief : Relief<Host>{}};
@@ -193,11 +197,9 @@ TerrainRules CameraPipeline::find_terrain(CameraFrame& now) {
   const ScopedTimer timer{now.times.ground};
   FrameTerrain& terrain{*state_.terrain};
   terrain.begin(now.ground.plane, now.ground.matched_on(), place_of(now.grids));
-  const auto threads{ranges_of(cpu_)};
   terrain.set_noise(stages_->begin_walk(terrain.walk_frame()));
   stages_->begin_low_obstacles(terrain.begin_low_obstacles(), terrain.noise_px());
-  terrain.find(stages_->walk(), threads);
-  terrain.write(stages_->low_obstacles(), threads, now.result);
+  stages_->find_ground(terrain, now.result);
   return terrain.rules();
 }
 

@@ -65,14 +65,18 @@ class HostStages final : public Stages {
     return space_.walks.begin(frame, matches.obstacle.view(), matches.road.view(), ranges_of(cpu_));
   }
 
-  WalkedGround<Host> walk() override { return space_.walks.find(ranges_of(cpu_)); }
-
   void begin_low_obstacles(const LowModel& model, std::span<const float> noise_px) override {
     const Matches& matches{space_.matches};
     low_ = space_.low_obstacles.find(matches.obstacle.view(), matches.road.view(), model, noise_px, ranges_of(cpu_));
   }
 
-  std::span<const LowCell> low_obstacles() override { return low_; }
+  void find_ground(FrameTerrain& terrain, FrameResult& result) override {
+    terrain.set_walked(space_.walks.find(ranges_of(cpu_)));
+    terrain.find_ground(ranges_of(cpu_), result);
+    terrain.mark_low_obstacles(low_, result);
+  }
+
+  void finish_ground(FrameTerrain&, FrameResult&) override {}
 
   void observe(const FrameGrids& grids, const Evidence& evidence, FrameResult& result) override {
     if (evidence.is_usable) {

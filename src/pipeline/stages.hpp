@@ -20,6 +20,7 @@
 #include "obstacles/segmentation/columns.hpp"
 #include "pipeline/saved_state.hpp"
 #include "stereogrid/pipeline.hpp"
+#include "terrain/frame_terrain.hpp"
 #include "terrain/low_obstacles_model.hpp"
 #include "terrain/rules.hpp"
 #include "terrain/walk.hpp"
@@ -148,13 +149,14 @@ class Stages {
   /// Begins the walk over the ground in the last matches, for GroundModel::terrain, and before a second match on a
   /// surface: a device works on it while the host continues. Returns the noise of its samples by ring, px.
   virtual const float* begin_walk(const WalkFrame& frame) = 0;
-  /// Waits for it: ground of the frame, until the next begin_walk().
-  virtual WalkedGround<Host> walk() = 0;
   /// Begins the search for low obstacles in the last matches, under the same conditions: a device works on it while the
   /// host continues. `noise_px`: see Terrain::noise_px().
   virtual void begin_low_obstacles(const LowModel& model, std::span<const float> noise_px) = 0;
-  /// Waits for it: cells in any order, until the next begin_low_obstacles().
-  virtual std::span<const LowCell> low_obstacles() = 0;
+  /// Walk, relief, cells and rules of the ground, after FrameTerrain::set_noise(), and low obstacles. A device works on
+  /// it, and keeps what observe() needs, while the host continues.
+  virtual void find_ground(FrameTerrain& terrain, FrameResult& result) = 0;
+  /// Waits for it: they are set, in the terrain and in the result.
+  virtual void finish_ground(FrameTerrain& terrain, FrameResult& result) = 0;
   /// Occupancy of the vehicle's grid and of the window (IV, V-A) by this camera.
   virtual void observe(const FrameGrids& grids, const Evidence& evidence, FrameResult& result) = 0;
   /// Nodes of the obstacles in the last matches, on the ground of the last observe(), by which a device has counted

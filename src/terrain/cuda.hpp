@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -9,6 +10,7 @@
 #include "backend/cuda.hpp"
 #include "stereogrid/camera.hpp"
 #include "terrain/low_obstacles_model.hpp"
+#include "terrain/relief.hpp"
 #include "terrain/rules.hpp"
 #include "terrain/samples.hpp"
 #include "terrain/trenches.hpp"
@@ -118,6 +120,12 @@ struct LowCellsOnDevice {
   LowSeen* seen;
 };
 
+/// Low obstacles of a frame in any order, in memory that the device reads.
+struct LowFound {
+  const int* count;
+  const LowCell* cells;
+};
+
 /// Finds low obstacles on the device. Equal to LowObstacleFinder to the bit, in any order.
 class LowObstaclesOnDevice {
  public:
@@ -127,6 +135,7 @@ class LowObstaclesOnDevice {
   void put(const LowModel& model, std::span<const float> noise_px);
   /// Enqueues the search. `obstacle`, `road`: (H, W) px, 0 = none.
   void find(Cuda& cuda, View<const float, Device> obstacle, View<const float, Device> road);
+  [[nodiscard]] LowFound on_device() const { return {sums_.data() + 1, cells_.data()}; }
   /// Cells of the last find(), when the device has finished it.
   [[nodiscard]] std::span<const LowCell> found() { return {cells_.data(), cells_.data() + *found_.data()}; }
 
@@ -148,6 +157,36 @@ class LowObstaclesOnDevice {
   DeviceBuffer<int> sums_;  ///< samples placed, cells written
   PinnedBuffer<int> found_;
   PinnedBuffer<LowCell> cells_;  ///< written from the device: they are few, and how many changes
+};
+
+/// Finds relief and cells of a frame's ground on the device. Equal to TerrainRelief and Terrain::visit() to the bit,
+/// the cells in any order.
+class GroundOnDevice {
+ public:
+  /// `rings`: most of them; 0: nothing.
+  GroundOnDevice(const Rig& level_rig, int rings, const GridGeometry& vehicle_grid, int window_cells);
+
+  /// Sets the frame of further searches. `rings`, `walked`: the same on the device.
+  void put(const GroundFrame<Host>& frame, const RingTable& rings, const WalkedGround<Device>& walked);
+  /// Enqueues the search. `relief`: (bin, sector), see Relief; `low`: low obstacles on the device.
+  void find(Cuda& cuda, LowFound low, View<std::int16_t, Device> relief);
+  /// Rules of the last find(), with its low obstacles.
+  [[nodiscard]] const CellRule* vehicle_rules() const { return rules_[0].data(); }
+  [[nodiscard]] const CellRule* window_rules() const { return rules_[1].data(); }
+  /// Cells with ground of the last find(), when the device has finished it.
+  [[nodiscard]] std::span<const GroundCell> found() { return {cells_.data(), cells_.data() + *found_.data()}; }
+
+ private:
+  int sectors_;
+  PinnedBuffer<GroundFrame<Device>> frame_;
+  DeviceBuffer<GroundFrame<Device>> frame_on_device_;
+  PinnedBuffer<float> by_ring_;  ///< noise of elevations, noise of the plane
+  DeviceBuffer<float> by_ring_on_device_;
+  DeviceImage<float> elevations_;               ///< (ring, sector)
+  std::array<DeviceImage<CellRule>, 2> rules_;  ///< rules of the vehicle's grid and the window
+  DeviceBuffer<int> found_on_device_;
+  PinnedBuffer<int> found_;
+  PinnedBuffer<GroundCell> cells_;  ///< written from the device: how many changes
 };
 
 }  // namespace stereogrid

@@ -20,22 +20,6 @@ TerrainLimits limits_of(const Config& config) {
           static_cast<float>(config.u_disparity.obstacle_min_height_m), tangent(vehicle.drop_slope_deg)};
 }
 
-CellRule rule_of(TerrainClass kind) {
-  switch (kind) {
-    case TerrainClass::obstacle:
-      return CellRule::obstacle;
-    case TerrainClass::drop:
-      return CellRule::edge;
-    case TerrainClass::hidden:
-      return CellRule::not_free;
-    case TerrainClass::drivable:
-      return CellRule::as_observed;
-    case TerrainClass::unknown:
-      break;
-  }
-  return CellRule::ground_not_seen;
-}
-
 // Cell of the window that holds the centre of a cell; outside it, too.
 CellIndex cell_of(const CellPlaces& places, int ix, int iy) {
   return {static_cast<int>(std::floor(places.x_of(ix, iy))), static_cast<int>(std::floor(places.y_of(ix, iy)))};
@@ -79,36 +63,6 @@ void bound(const Image<CellRule>& rules, Image<float>& occupancy) {
   }
 }
 
-/// Cells of the vehicle's grid whose centres lie in a cell of the window.
-class CellsWithin {
- public:
-  CellsWithin(const GridGeometry& vehicle_grid, const GridInVehicle& window)
-      : grid_{vehicle_grid},
-        window_{window},
-        places_{{vehicle_grid, -window.cos_yaw * window.x_m - window.sin_yaw * window.y_m,
-                 window.sin_yaw * window.x_m - window.cos_yaw * window.y_m, window.cos_yaw, -window.sin_yaw},
-                {window.grid.x_min_m, window.grid.y_min_m},
-                window.grid.cell_size_m} {}
-
-  template <class Work>
-  void for_cells(int x, int y, const Work& work) const {
-    const Point2 at{window_.centre(x, y)};
-    const auto near = [&](double from_m) { return static_cast<int>(std::floor(from_m / grid_.cell_size_m)); };
-    const int near_x{near(at.x - grid_.x_min_m)};
-    const int near_y{near(at.y - grid_.y_min_m)};
-    for (int iy{std::max(near_y - 1, 0)}; iy <= std::min(near_y + 1, grid_.ny - 1); ++iy) {
-      for (int ix{std::max(near_x - 1, 0)}; ix <= std::min(near_x + 1, grid_.nx - 1); ++ix) {
-        if (static_cast<int>(places_.x_of(ix, iy)) == x && static_cast<int>(places_.y_of(ix, iy)) == y) work(ix, iy);
-      }
-    }
-  }
-
- private:
-  GridGeometry grid_;
-  GridInVehicle window_;
-  CellPlaces places_;
-};
-
 void clear_rows(FrameResult& result, int begin, int end) {
   fill_rows(result.elevation_m, begin, end, std::numeric_limits<float>::quiet_NaN());
   fill_rows(result.elevation_sigma_m, begin, end, std::numeric_limits<float>::quiet_NaN());
@@ -132,37 +86,48 @@ FrameTerrain::FrameTerrain(const Rig& level_rig, const Config& config, const Gri
   low_cells_.reserve(low_cells_max);
 }
 
-void FrameTerrain::write_vehicle(const GridInVehicle& grid, int begin, int end, FrameResult& result) {
+void FrameTerrain::clear_vehicle(int begin, int end, FrameResult& result) {
   clear_rows(result, begin, end);
   fill_rows(vehicle_rules_, begin, end, CellRule::ground_not_seen);
-  terrain_.visit(grid, begin, end, [&](int ix, int iy, float x_m, const Terrain::RingPart& part) {
-    const CellGround ground{terrain_.ground_at(x_m, part)};
-    result.elevation_m(ix, iy) = ground.elevation_m;
-    result.elevation_sigma_m(ix, iy) = ground.sigma_m;
-    result.terrain(ix, iy) = ground.kind;
-    vehicle_rules_(ix, iy) = rule_of(ground.kind);
-  });
 }
 
-void FrameTerrain::mark_low_obstacles(const GridInVehicle& window, FrameResult& result) {
-  const CellsWithin cells{vehicle_grid_, window};
-  low_obstacles_.for_high([&](int x, int y) {
-    cells.for_cells(x, y, [&](int ix, int iy) {
-      CellRule& rule{vehicle_rules_(ix, iy)};
-      if (rule == CellRule::edge || rule == CellRule::obstacle) return;
-      rule = CellRule::obstacle;
-      result.terrain(ix, iy) = TerrainClass::obstacle;
-    });
-  });
+void FrameTerrain::write_vehicle(int ix, int iy, const CellGround& ground, FrameResult& result) {
+  result.elevation_m(ix, iy) = ground.elevation_m;
+  result.elevation_sigma_m(ix, iy) = ground.sigma_m;
+  result.terrain(ix, iy) = ground.kind;
+  vehicle_rules_(ix, iy) = rule_of(ground.kind);
 }
 
-void FrameTerrain::write_window(const GridInVehicle& grid, int begin, int end) {
+void FrameTerrain::clear_window(int begin, int end) {
   fill_rows(window_rules_, begin, end, CellRule::ground_not_seen);
   for (int iy{begin}; iy < end; ++iy) elevation_.begin_row(iy);
-  terrain_.visit(grid, begin, end, [&](int ix, int iy, float x_m, const Terrain::RingPart& part) {
-    const CellGround ground{terrain_.ground_at(x_m, part)};
-    window_rules_(ix, iy) = rule_of(ground.kind);
-    elevation_.see(ix, iy, ground.elevation_m, ground.sigma_m);
+}
+
+void FrameTerrain::write_window(int ix, int iy, const CellGround& ground) {
+  window_rules_(ix, iy) = rule_of(ground.kind);
+  elevation_.see(ix, iy, ground.elevation_m, ground.sigma_m);
+}
+
+void FrameTerrain::set_ground(View<const std::int16_t> relief, std::span<const GroundCell> cells, FrameResult& result) {
+  terrain_.set_relief(relief);
+  clear_vehicle(0, vehicle_grid_.ny, result);
+  clear_window(0, place_.window.ny);
+  for (const auto& [grid, cell, ground] : cells) {
+    if (grid == 0) {
+      write_vehicle(cell % vehicle_grid_.nx, cell / vehicle_grid_.nx, ground, result);
+    } else {
+      write_window(cell % place_.window.nx, cell / place_.window.nx, ground);
+    }
+  }
+}
+
+void FrameTerrain::mark_low_obstacles(std::span<const LowCell> low, FrameResult& result) {
+  low_obstacles_.see(low);
+  const CellsWithin cells{vehicle_grid_, place_.window_cells};
+  low_obstacles_.for_high([&](int x, int y) {
+    cells.for_cells(x, y, [&](int ix, int iy) {
+      if (mark_obstacle(vehicle_rules_(ix, iy))) result.terrain(ix, iy) = TerrainClass::obstacle;
+    });
   });
 }
 
@@ -186,8 +151,7 @@ void FrameTerrain::move(const TerrainPlace& place) {
 // Rules of the last find().
 void FrameTerrain::clear_find() {
   vehicle_rules_.fill(CellRule::ground_not_seen);
-  window_rules_.fill(CellRule::ground_not_seen);
-  for (int iy{0}; iy < window_rules_.height(); ++iy) elevation_.begin_row(iy);
+  clear_window(0, window_rules_.height());
 }
 
 void FrameTerrain::find_nothing(const TerrainPlace& place) {

@@ -47,22 +47,36 @@ class FrameTerrain {
     return low_obstacles_.begin(terrain_.camera(), place_.window_in_camera, terrain_.checked_m());
   }
   [[nodiscard]] std::span<const float> noise_px() const { return terrain_.noise_px(); }
-  template <class ForRanges>
-  void find(const WalkedGround<Host>& walked, const ForRanges& for_ranges) {
-    terrain_.find(walked, for_ranges);
+  /// Sets the ground of the frame's walk, valid until the next begin(), and its edges.
+  void set_walked(const WalkedGround<Host>& walked) {
+    terrain_.set_walked(walked);
     edges_.clear();
     terrain_.add_edges(edges_);
   }
-  /// Sets elevation and classes of `result` after find(). `low`: cells of LowObstacleFinder, valid until the next
-  /// frame.
-  template <class ForRanges>
-  void write(std::span<const LowCell> low, const ForRanges& for_ranges, FrameResult& result) {
-    low_obstacles_.see(low);
-    for_ranges(vehicle_grid_.ny,
-               [&](int begin, int end) { write_vehicle(place_.vehicle_in_camera, begin, end, result); });
-    mark_low_obstacles(place_.window_cells, result);
-    for_ranges(place_.window.ny, [&](int begin, int end) { write_window(place_.window_in_camera, begin, end); });
+  /// Input of find_ground() elsewhere, after set_noise(). Its cells are not set.
+  [[nodiscard]] GroundFrame<Host> ground_frame() const {
+    return terrain_.ground_frame(place_.vehicle_in_camera, place_.window_in_camera,
+                                 {vehicle_grid_, place_.window_cells});
   }
+  /// Finds relief and cells of the ground after set_walked(): sets elevation and classes of `result`.
+  template <class ForRanges>
+  void find_ground(const ForRanges& for_ranges, FrameResult& result) {
+    terrain_.find_relief(for_ranges);
+    for_ranges(vehicle_grid_.ny, [&](int begin, int end) {
+      clear_vehicle(begin, end, result);
+      terrain_.visit(place_.vehicle_in_camera, begin, end,
+                     [&](int ix, int iy, const CellGround& ground) { write_vehicle(ix, iy, ground, result); });
+    });
+    for_ranges(place_.window.ny, [&](int begin, int end) {
+      clear_window(begin, end);
+      terrain_.visit(place_.window_in_camera, begin, end,
+                     [&](int ix, int iy, const CellGround& ground) { write_window(ix, iy, ground); });
+    });
+  }
+  /// Sets them, as find_ground() has found them elsewhere. `cells`: in any order.
+  void set_ground(View<const std::int16_t> relief, std::span<const GroundCell> cells, FrameResult& result);
+  /// Marks low obstacles of the frame, after its ground. `low`: cells of LowObstacleFinder, valid until the next frame.
+  void mark_low_obstacles(std::span<const LowCell> low, FrameResult& result);
   /// A frame in which the camera has no image.
   void find_nothing(const TerrainPlace& place);
 
@@ -101,9 +115,10 @@ class FrameTerrain {
   }
 
  private:
-  void write_vehicle(const GridInVehicle& grid, int begin, int end, FrameResult& result);
-  void mark_low_obstacles(const GridInVehicle& window, FrameResult& result);
-  void write_window(const GridInVehicle& grid, int begin, int end);
+  void clear_vehicle(int begin, int end, FrameResult& result);
+  void write_vehicle(int ix, int iy, const CellGround& ground, FrameResult& result);
+  void clear_window(int begin, int end);
+  void write_window(int ix, int iy, const CellGround& ground);
   void move(const TerrainPlace& place);
   void clear_find();
   void merge(std::span<const FrameTerrain* const> seen);

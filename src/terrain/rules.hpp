@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 
+#include "geometry/grid_in_vehicle.hpp"
 #include "geometry/relief.hpp"
 #include "host_device.hpp"
 #include "numbers.hpp"
@@ -17,6 +19,23 @@ namespace stereogrid {
 
 /// Effect of the terrain on a cell's observed occupancy.
 enum class CellRule : std::uint8_t { as_observed, ground_not_seen, not_free, obstacle, edge };
+
+/// Rule of a cell with that ground.
+STEREOGRID_HD inline CellRule rule_of(TerrainClass kind) {
+  switch (kind) {
+    case TerrainClass::obstacle:
+      return CellRule::obstacle;
+    case TerrainClass::drop:
+      return CellRule::edge;
+    case TerrainClass::hidden:
+      return CellRule::not_free;
+    case TerrainClass::drivable:
+      return CellRule::as_observed;
+    case TerrainClass::unknown:
+      break;
+  }
+  return CellRule::ground_not_seen;
+}
 
 /// Least P(occupied) of obstacles and edges (docs/terrain.md).
 constexpr float ruled_obstacle{0.7f};
@@ -78,6 +97,42 @@ inline void apply_rules(const CellRule* rules, int cells, float* occupancy) {
     rule == CellRule::not_free ? apply(CellRule::not_free) : apply(rule);
   });
 }
+
+/// Makes the cell of a low obstacle one; false: it is one, or an edge.
+STEREOGRID_HD inline bool mark_obstacle(CellRule& rule) {
+  if (rule == CellRule::edge || rule == CellRule::obstacle) return false;
+  rule = CellRule::obstacle;
+  return true;
+}
+
+/// Cells of the vehicle's grid whose centres lie in a cell of the window.
+class CellsWithin {
+ public:
+  CellsWithin(const GridGeometry& vehicle_grid, const GridInVehicle& window)
+      : grid_{vehicle_grid},
+        window_{window},
+        places_{{vehicle_grid, -window.cos_yaw * window.x_m - window.sin_yaw * window.y_m,
+                 window.sin_yaw * window.x_m - window.cos_yaw * window.y_m, window.cos_yaw, -window.sin_yaw},
+                {window.grid.x_min_m, window.grid.y_min_m},
+                window.grid.cell_size_m} {}
+
+  template <class Work>
+  STEREOGRID_HD void for_cells(int x, int y, const Work& work) const {
+    const Point2 at{window_.centre(x, y)};
+    const int near_x{static_cast<int>(std::floor((at.x - grid_.x_min_m) / grid_.cell_size_m))};
+    const int near_y{static_cast<int>(std::floor((at.y - grid_.y_min_m) / grid_.cell_size_m))};
+    for (int iy{std::max(near_y - 1, 0)}; iy <= std::min(near_y + 1, grid_.ny - 1); ++iy) {
+      for (int ix{std::max(near_x - 1, 0)}; ix <= std::min(near_x + 1, grid_.nx - 1); ++ix) {
+        if (static_cast<int>(places_.x_of(ix, iy)) == x && static_cast<int>(places_.y_of(ix, iy)) == y) work(ix, iy);
+      }
+    }
+  }
+
+ private:
+  GridGeometry grid_;
+  GridInVehicle window_;
+  CellPlaces places_;
+};
 
 /// Least filtered occupancy of a cell with that rule: near observations override memory of ground that looked free
 /// from afar.

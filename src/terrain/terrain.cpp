@@ -2,47 +2,12 @@
 #include "terrain/terrain.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
 #include "numbers.hpp"
 
 namespace stereogrid {
-namespace {
-
-constexpr int kinds{5};
-
-/// Sectors of a cell, by class.
-struct CellSectors {
-  std::array<int, kinds> count{};
-  int sectors{0};
-  float elevation_m{0};  ///< sum
-  float slope{0};        ///< sum
-  int seen{0};
-
-  void add(const PolarCell& cell) {
-    ++count[static_cast<std::size_t>(cell.kind)];
-    ++sectors;
-    if (std::isnan(cell.elevation_m)) return;
-    elevation_m += cell.elevation_m;
-    slope += cell.slope;
-    ++seen;
-  }
-  // A third of the sectors decides for edges and obstacles, half of them for ground.
-  [[nodiscard]] TerrainClass kind() const {
-    const auto has = [this](TerrainClass one, int share) {
-      const int of_kind{count[static_cast<std::size_t>(one)]};
-      return of_kind > 0 && share * of_kind >= sectors;
-    };
-    if (has(TerrainClass::drop, 3)) return TerrainClass::drop;
-    if (has(TerrainClass::obstacle, 3)) return TerrainClass::obstacle;
-    if (has(TerrainClass::hidden, 3)) return TerrainClass::hidden;
-    return has(TerrainClass::drivable, 2) ? TerrainClass::drivable : TerrainClass::unknown;
-  }
-};
-
-}  // namespace
 
 Terrain::Terrain(const Rig& level_rig, const TerrainLimits& limits, Rings rings, int disparities)
     : rig_{level_rig},
@@ -74,6 +39,8 @@ void Terrain::set_noise(const float* sigma_px) {
         camera_.height_m, x, static_cast<float>(plane_sigma_px(rig_, ground_, rig_.cx_px, row)));
   }
   checked_rings_ = checked_rings_of(sampled_, rings_, sigma_px);
+  walked_ = {{}, {}, sigma_px};
+  relief_.begin(camera_, limits_, rings_, sigma_px, prior_);
 }
 
 void Terrain::count_observed_rings() {
@@ -139,25 +106,6 @@ bool Terrain::has_no_ground(const PolarPlaces& borders, std::size_t group) const
   const int last{std::min(std::max(borders.last[group], borders.last[next]) + 1, sectors() - 1)};
   return std::all_of(observed_rings_.begin() + first, observed_rings_.begin() + last + 1,
                      [ring](int observed) { return observed <= ring; });
-}
-
-Terrain::RingPart Terrain::part_of(int ring, int first, int last) const {
-  CellSectors found;
-  for (int sector{first}; sector <= last; ++sector) found.add(walked_.cells(ring, sector));
-  const auto seen = static_cast<float>(found.seen);
-  return {ring, first, last, found.kind(), found.seen > 0, found.elevation_m / seen, found.slope / seen};
-}
-
-CellGround Terrain::ground_at(float x_m, const RingPart& part) const {
-  CellGround ground;
-  ground.kind = part.kind;
-  if (!part.is_seen) return ground;
-  const auto r = static_cast<std::size_t>(part.ring);
-  ground.elevation_m = part.elevation_m + part.slope * (x_m - rings_.middle_m(part.ring));
-  const float noise{
-      camera_.height_sigma(camera_.height_m - ground.elevation_m, part.slope, x_m, walked_.sigma_px[part.ring])};
-  ground.sigma_m = std::sqrt(noise * noise + plane_sigma_m_[r] * plane_sigma_m_[r]);
-  return ground;
 }
 
 void Terrain::add_edges(std::vector<EdgePoint>& edges) const {

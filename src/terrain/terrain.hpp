@@ -19,13 +19,6 @@
 
 namespace stereogrid {
 
-/// Ground of a grid's cell.
-struct CellGround {
-  float elevation_m{std::numeric_limits<float>::quiet_NaN()};
-  float sigma_m{std::numeric_limits<float>::quiet_NaN()};
-  TerrainClass kind{TerrainClass::unknown};
-};
-
 /// Point of an edge with lower ground behind it.
 struct EdgePoint {
   int sector;
@@ -54,42 +47,30 @@ class Terrain {
   void begin(const Ground& ground, const Ground& surface);
   /// Input of the frame's walks, valid until the next begin().
   [[nodiscard]] WalkFrame walk_frame() const { return {sampled_, rings_, prior_}; }
-  /// Sets the noise of the frame's samples by ring.
+  /// Sets the noise of the frame's samples by ring, valid until the next begin().
   void set_noise(const float* sigma_px);
-  /// Ground of the frame, after set_noise(). `walked` must stay valid until the next begin(). `for_ranges`(count,
-  /// work): calls work(begin, end) on disjoint parts of [0, count).
+  /// Sets the ground of the frame's walk, after set_noise(). It must stay valid until the next begin().
+  void set_walked(const WalkedGround<Host>& walked) { walked_ = walked; }
+  /// Relief of that ground, and what visit() needs. `for_ranges`(count, work): calls work(begin, end) on disjoint parts
+  /// of [0, count).
   template <class ForRanges>
-  void find(const WalkedGround<Host>& walked, const ForRanges& for_ranges) {
-    walked_ = walked;
-    const float* const sigma_px{walked.sigma_px};
+  void find_relief(const ForRanges& for_ranges) {
     const auto for_sectors = [&](const auto& work) {
       for_ranges(sectors(), [&](int first, int end) {
         for (int sector{first}; sector < end; ++sector) work(sector);
       });
     };
-    relief_.begin(camera_, limits_, rings_, sigma_px, prior_);
-    for_sectors([&](int sector) { relief_.profile(sector, camera_, rings_, sigma_px, walked.cells.row(sector)); });
-    relief_.count_level(rings_.count());
-    for_sectors([&](int sector) { relief_.fill(sector, camera_, rings_, walked.cells.row(sector)); });
+    for_sectors([&](int sector) { relief_.profile(sector, walked_.cells.row(sector)); });
+    relief_.count_level();
+    for_sectors([&](int sector) { relief_.fill(sector, walked_.cells.row(sector)); });
     count_observed_rings();
   }
+  /// Sets the relief, as find_relief() has found it elsewhere.
+  void set_relief(View<const std::int16_t> rows) { relief_.set(rows); }
   /// Edges of the last find(), from left to right: one a sector at most.
   void add_edges(std::vector<EdgePoint>& edges) const;
-  /// Mean of neighbouring sectors of a ring.
-  struct RingPart {
-    int ring{no_ring};
-    int first{0};
-    int last{0};
-    TerrainClass kind{TerrainClass::unknown};
-    bool is_seen{false};
-    float elevation_m{0};
-    float slope{0};
-
-    [[nodiscard]] bool has_ground() const { return is_seen || kind != TerrainClass::unknown; }
-  };
-
-  /// Calls work(ix, iy, x_m, part) for the cells of rows begin … end − 1 that have ground; the others have
-  /// CellGround{}.
+  /// After find_relief(): calls work(ix, iy, CellGround) for the cells of rows begin … end − 1 that have ground; the
+  /// others have CellGround{}.
   template <class Work>
   void visit(const GridInVehicle& grid, int begin, int end, const Work& work) const {
     const CellPlaces places{grid, {0, 0}, 1};
@@ -97,6 +78,7 @@ class Terrain {
     const PolarGeometry geometry{polar_geometry(half_m)};
     PolarPlaces borders;  // first cells of groups, and the one behind the last
     PolarPlaces polar;
+    const PolarGround<Host> ground{polar_ground()};
     RingPart part;  // neighbours often lie in the same one
     for (int iy{begin}; iy < end; ++iy) {
       const CellSpan row{observed_cells(places, half_m, iy, grid.grid.nx)};
@@ -107,19 +89,25 @@ class Terrain {
         find_places(geometry, places, ix, 1, iy, polar);
         const auto cells = static_cast<std::size_t>(std::min(PolarPlaces::size, row.end - ix));
         for (std::size_t i{0}; i < cells; ++i) {
-          const int ring{polar.first[i] > polar.last[i] ? no_ring : rings_.at_place(polar.ring[i])};
+          const int ring{ground.ring_of({polar.ring[i], polar.first[i], polar.last[i]})};
           if (ring == no_ring) continue;
           if (ring != part.ring || polar.first[i] != part.first || polar.last[i] != part.last) {
-            part = part_of(ring, polar.first[i], polar.last[i]);
+            part = ground.part_of(ring, polar.first[i], polar.last[i]);
           }
-          if (part.has_ground()) work(ix + static_cast<int>(i), iy, polar.x[i], part);
+          if (part.has_ground()) work(ix + static_cast<int>(i), iy, ground.ground_at(polar.x[i], part));
         }
       }
     }
   }
-  /// Ground `x_m` ahead.
-  [[nodiscard]] CellGround ground_at(float x_m, const RingPart& part) const;
-
+  /// Ground of the last find(), for two grids of the same cells. `within`: cells of the one in those of the other.
+  [[nodiscard]] GroundFrame<Host> ground_frame(const GridInVehicle& one, const GridInVehicle& other,
+                                               const CellsWithin& within) const {
+    const auto grid_of = [](const GridInVehicle& grid) {
+      return GroundGrid{{grid, {0, 0}, 1}, grid.grid.nx, grid.grid.ny};
+    };
+    const auto half_m = static_cast<float>(one.grid.cell_size_m / 2);
+    return {relief_.model(), polar_ground(), polar_geometry(half_m), {grid_of(one), grid_of(other)}, within};
+  }
   [[nodiscard]] const TerrainCamera& camera() const { return camera_; }
   /// Range up to which low obstacles and edges are found.
   [[nodiscard]] float checked_m() const { return checked_rings_ > 0 ? rings_.end_m(checked_rings_ - 1) : 0; }
@@ -140,8 +128,10 @@ class Terrain {
 
   [[nodiscard]] CellSpan observed_cells(const CellPlaces& cells, float half_m, int iy, int nx) const;
   [[nodiscard]] PolarGeometry polar_geometry(float half_m) const;
+  [[nodiscard]] PolarGround<Host> polar_ground() const {
+    return {camera_, rings_, walked_.sigma_px, plane_sigma_m_.data(), walked_.cells};
+  }
   [[nodiscard]] bool has_no_ground(const PolarPlaces& borders, std::size_t group) const;
-  [[nodiscard]] RingPart part_of(int ring, int first, int last) const;
   void count_observed_rings();
   [[nodiscard]] int sectors() const { return static_cast<int>(observed_rings_.size()); }
 

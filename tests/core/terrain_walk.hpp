@@ -62,9 +62,9 @@ inline Seen walked(const Vehicle& vehicle, const Image<float>& disparity, const 
   terrain.begin(ground, slope != nullptr ? *slope : ground);
   const Image<float> none{disparity.width(), disparity.height()};
   terrain.set_noise(walks.begin(terrain.walk_frame(), disparity.view(), none.view(), in_order));
-  terrain.find(walks.find(in_order), in_order);
-  terrain.visit(grid_in_vehicle(grid, {}), 0, grid.ny, [&](int ix, int iy, float x_m, const Terrain::RingPart& part) {
-    const CellGround cell{terrain.ground_at(x_m, part)};
+  terrain.set_walked(walks.find(in_order));
+  terrain.find_relief(in_order);
+  terrain.visit(grid_in_vehicle(grid, {}), 0, grid.ny, [&](int ix, int iy, const CellGround& cell) {
     seen.elevation_m(ix, iy) = cell.elevation_m;
     seen.sigma_m(ix, iy) = cell.sigma_m;
     seen.kind(ix, iy) = cell.kind;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
-#include <cstring>
+#include <cmath>
+#include <cstddef>
 #include <numeric>
 #include <span>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "images.hpp"
 #include "terrain/cuda.hpp"
 #include "terrain/low_obstacles.hpp"
+#include "terrain/relief.hpp"
 
 namespace stereogrid::test {
 namespace {
@@ -168,15 +170,11 @@ Image<float> random_terrain(const Rig& rig, const Ground& ground, int window, Ra
   return disparity;
 }
 
-// Compares bits: unknown elevations are NaN.
-template <class T>
-bool is_same_memory(const T& a, const T& b) {
-  return std::memcmp(&a, &b, sizeof(T)) == 0;
+bool is_same(float a, float b) {
+  return a == b || (std::isnan(a) && std::isnan(b));
 }
-
 bool is_same(const PolarCell& a, const PolarCell& b) {
-  return is_same_memory(a.elevation_m, b.elevation_m) && a.slope == b.slope && a.kind == b.kind &&
-         a.is_firm == b.is_firm;
+  return is_same(a.elevation_m, b.elevation_m) && a.slope == b.slope && a.kind == b.kind && a.is_firm == b.is_firm;
 }
 
 TEST(walks_are_those_of_the_cpu) {
@@ -231,6 +229,198 @@ TEST(walks_are_those_of_the_cpu) {
   for (const int count : kinds) CHECK(count > 200);
   CHECK(edges > 100);
   CHECK(extended > 20);
+}
+
+// Patches of ground, obstacles, edges and unknown cells over a wavy surface.
+Image<PolarCell> random_ground(const RingTable& rings, int sectors, Random& random) {
+  Image<PolarCell> cells{rings.count(), sectors};
+  const double wave_m{random.happens(0.3) ? 0 : random.between(0, 1)};
+  const double noise_m{random.between(0, 0.15)};
+  const double unknown{random.between(0, 0.5)};
+  for (int sector{0}; sector < sectors; ++sector) {
+    for (int ring{0}; ring < rings.count(); ++ring) {
+      if (random.happens(unknown)) continue;
+      const double z{wave_m * std::sin(0.2 * rings.middle_m(ring) + 0.03 * sector) + random.between(-noise_m, noise_m)};
+      cells(ring, sector) = {static_cast<float>(z), static_cast<float>(random.between(-0.2, 0.2)),
+                             TerrainClass::drivable, random.happens(0.95)};
+    }
+  }
+  for (int patch{0}; patch < 12; ++patch) {
+    const auto kind = static_cast<TerrainClass>(random.whole(0, 4));
+    const int first{random.whole(0, sectors - 1)};
+    const int at{random.whole(0, rings.count())};
+    for (int sector{first}; sector < std::min(first + 9, sectors); ++sector) {
+      for (int ring{at}; ring < std::min(at + 3, rings.count()); ++ring) {
+        const bool is_seen{kind != TerrainClass::unknown && kind != TerrainClass::hidden};
+        cells(ring, sector) = PolarCell{};
+        cells(ring, sector).kind = kind;
+        if (is_seen) cells(ring, sector).elevation_m = static_cast<float>(random.between(-0.5, 1));
+      }
+    }
+  }
+  return cells;
+}
+
+// (grid, cell, ground) of the cells with ground, by place.
+std::vector<GroundCell> read_by_plain_loops(const GroundFrame<Host>& frame) {
+  std::vector<GroundCell> cells;
+  for (int g{0}; g < 2; ++g) {
+    const GroundGrid& grid{frame.grids[static_cast<std::size_t>(g)]};
+    for (int cell{0}; cell < grid.width * grid.height; ++cell) {
+      const float x{grid.places.x_of(cell % grid.width, cell / grid.width)};
+      const float y{grid.places.y_of(cell % grid.width, cell / grid.width)};
+      const PolarPlace at{polar_place(frame.geometry, x, y)};
+      const int ring{frame.ground.ring_of(at)};
+      if (ring == no_ring) continue;
+      const RingPart part{frame.ground.part_of(ring, at.first, at.last)};
+      if (part.has_ground()) cells.push_back({g, cell, frame.ground.ground_at(x, part)});
+    }
+  }
+  return cells;
+}
+
+std::vector<LowCell> random_low_cells(int window, Random& random) {
+  std::vector<LowCell> cells(static_cast<std::size_t>(random.whole(0, 40)));
+  for (LowCell& cell : cells) {
+    cell.ix = static_cast<std::uint16_t>(random.whole(0, window - 1));
+    cell.iy = static_cast<std::uint16_t>(random.whole(0, window - 1));
+    cell.is_high = random.happens(0.7);
+  }
+  return cells;
+}
+
+// Rules of the vehicle's grid and of the window.
+std::array<std::vector<CellRule>, 2> rules_of(const GroundFrame<Host>& frame, const std::vector<LowCell>& low,
+                                              const std::vector<GroundCell>& cells) {
+  std::array<std::vector<CellRule>, 2> rules;
+  for (std::size_t g{0}; g < 2; ++g)
+    rules[g].resize(static_cast<std::size_t>(frame.grids[g].width * frame.grids[g].height), CellRule::ground_not_seen);
+  for (const GroundCell& one : cells)
+    rules[static_cast<std::size_t>(one.grid)][static_cast<std::size_t>(one.cell)] = rule_of(one.ground.kind);
+  for (const LowCell& one : low) {
+    const auto mark = [&](int ix, int iy) {
+      mark_obstacle(rules[0][static_cast<std::size_t>(iy * frame.grids[0].width + ix)]);
+    };
+    if (one.is_high) frame.within.for_cells(one.ix, one.iy, mark);
+  }
+  return rules;
+}
+
+int differing(Cuda& cuda, const CellRule* on_device, const std::vector<CellRule>& expected) {
+  std::vector<CellRule> found(expected.size());
+  download(cuda, on_device, found.size(), found.data());
+  cuda.synchronize();
+  int different{0};
+  for (std::size_t i{0}; i < found.size(); ++i) different += found[i] == expected[i] ? 0 : 1;
+  return different;
+}
+
+bool is_same(const GroundCell& a, const GroundCell& b) {
+  return a.grid == b.grid && a.cell == b.cell && a.ground.kind == b.ground.kind &&
+         is_same(a.ground.elevation_m, b.ground.elevation_m) && is_same(a.ground.sigma_m, b.ground.sigma_m);
+}
+
+template <class T>
+DeviceBuffer<T> buffer_on_device(Cuda& cuda, const T* host, int size) {
+  DeviceBuffer<T> result{static_cast<std::size_t>(size)};
+  upload(cuda, host, result.size(), result.data());
+  cuda.synchronize();
+  return result;
+}
+
+TEST(relief_and_cells_are_those_of_the_cpu) {
+  Random random{53};
+  std::size_t with_ground{0};
+  int raised{0};
+  for (int round{0}; round < 40; ++round) {
+    const Rig rig{round == 0 ? 5 : random.whole(8, 700),
+                  random.whole(40, 300),
+                  random.between(80, 500),
+                  random.between(2, 350),
+                  20,
+                  random.between(0.1, 0.5)};
+    const int disparities{random.whole(2, 96)};
+    const Ground ground{random.between(0.3, 1.8), random.between(-0.05, 0.1), random.between(-0.1, 0.1)};
+    const TerrainCamera camera{rig, ground};
+    const TerrainLimits limits{static_cast<float>(random.between(0.03, 0.2)), 0.35f,
+                               static_cast<float>(random.between(0.3, 2.5)), 0.2f, 0.1f};
+    const double cell_m{random.between(0.1, 0.4)};
+    Rings rings{static_cast<float>(cell_m), static_cast<float>(random.between(2, 30)), disparities};
+    const int sectors{terrain_sectors(rig.width_px)};
+    TerrainRelief relief{sectors, rings.capacity(), disparities, rig.height_px};
+    const int across{random.whole(1, 50)};
+    const int window{random.whole(1, 60)};
+    const GridGeometry vehicle_grid{random.between(-3, 3), -0.5 * across * cell_m, cell_m, across, across};
+    GroundOnDevice on_gpu{rig, rings.capacity(), vehicle_grid, window};
+    Cuda cuda;
+    DeviceImage<std::int16_t> rows{disparities * relief_bins_per_px, sectors};
+    for (int frame{0}; frame < 2; ++frame) {  // the second one must not see the first
+      rings.place(camera, frame == 1 && round == 1 ? 1e6f : static_cast<float>(random.between(0.3, 4)));
+      std::vector<float> sigma_px(static_cast<std::size_t>(rings.count()));
+      std::vector<float> plane_sigma_m(sigma_px.size());
+      for (float& one : sigma_px) one = static_cast<float>(random.between(0.05, 0.5));
+      for (float& one : plane_sigma_m) one = static_cast<float>(random.between(0, 0.1));
+      const Image<PolarCell> cells{random_ground(rings, sectors, random)};
+      const FirstGround prior{static_cast<float>(random.between(-0.2, 0.2)),
+                              static_cast<float>(random.between(-0.1, 0.1))};
+      relief.begin(camera, limits, rings, sigma_px.data(), prior);
+      for (int sector{0}; sector < sectors; ++sector) relief.profile(sector, cells.row(sector));
+      relief.count_level();
+      for (int sector{0}; sector < sectors; ++sector) relief.fill(sector, cells.row(sector));
+      const GridGeometry window_grid{random.between(-3, 3), -0.5 * window * cell_m, cell_m, window, window};
+      const auto placed = [&](const GridGeometry& grid) {
+        const Pose2 pose{random.between(-1, 1), random.between(-1, 1), random.between(-0.6, 0.6)};
+        return grid_in_vehicle(grid, pose);
+      };
+      const auto grid_of = [](const GridInVehicle& grid) {
+        return GroundGrid{{grid, {0, 0}, 1}, grid.grid.nx, grid.grid.ny};
+      };
+      const GridInVehicle window_cells{placed(window_grid)};
+      const PolarGeometry geometry{camera.focal_px,
+                                   camera.focal_baseline_pxm,
+                                   static_cast<float>(rig.cx_px) + 0.5f,
+                                   static_cast<float>(rig.width_px),
+                                   sectors - 1,
+                                   static_cast<float>(cell_m / 2),
+                                   static_cast<float>(rings.places()),
+                                   Rings::places_per_px};
+      const GroundFrame<Host> input{relief.model(),
+                                    {camera, rings, sigma_px.data(), plane_sigma_m.data(), cells.view()},
+                                    geometry,
+                                    {grid_of(placed(vehicle_grid)), grid_of(window_cells)},
+                                    {vehicle_grid, window_cells}};
+      const std::vector<LowCell> low{random_low_cells(window, random)};
+      const DeviceBuffer<int> low_count{one_on_device(cuda, static_cast<int>(low.size()))};
+      PinnedBuffer<LowCell> low_cells{low.size() + 1};
+      std::copy(low.begin(), low.end(), low_cells.data());
+
+      const DeviceImage<PolarCell> cells_there{on_device(cuda, cells)};
+      const DeviceBuffer<float> borders_m{buffer_on_device(cuda, rings.borders_m, rings.count() + 1)};
+      const DeviceBuffer<std::int16_t> ring_at{buffer_on_device(cuda, rings.ring_at, rings.places() + 1)};
+      const DeviceBuffer<float> noise_px{buffer_on_device(cuda, sigma_px.data(), rings.count())};
+      on_gpu.put(input, {rings.count(), rings.places(), borders_m.data(), ring_at.data()},
+                 {cells_there.view(), {}, noise_px.data()});
+      on_gpu.find(cuda, {low_count.data(), low_cells.data()}, rows.view());
+      cuda.synchronize();
+      const Image<std::int16_t> found_rows{on_host(cuda, rows)};
+      const View<const std::int16_t> expected_rows{relief.view().rows};
+      CHECK(std::equal(found_rows.begin(), found_rows.end(), expected_rows.data));
+      raised += static_cast<int>(std::count_if(found_rows.begin(), found_rows.end(), [](int one) { return one != 0; }));
+      std::vector<GroundCell> found{on_gpu.found().begin(), on_gpu.found().end()};
+      std::sort(found.begin(), found.end(), [](const GroundCell& a, const GroundCell& b) {
+        return a.grid != b.grid ? a.grid < b.grid : a.cell < b.cell;
+      });
+      const std::vector<GroundCell> expected{read_by_plain_loops(input)};
+      CHECK(std::equal(found.begin(), found.end(), expected.begin(), expected.end(),
+                       [](const GroundCell& a, const GroundCell& b) { return is_same(a, b); }));
+      with_ground += found.size();
+      const std::array<std::vector<CellRule>, 2> rules{rules_of(input, low, expected)};
+      CHECK_EQUAL(differing(cuda, on_gpu.vehicle_rules(), rules[0]), 0);
+      CHECK_EQUAL(differing(cuda, on_gpu.window_rules(), rules[1]), 0);
+    }
+  }
+  CHECK(with_ground > 10000);
+  CHECK(raised > 10000);
 }
 
 }  // namespace

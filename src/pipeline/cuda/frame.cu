@@ -116,8 +116,6 @@ HostMemory::HostMemory(const Rig& rig, const GridSizes& sizes, std::size_t relie
       evidence_count{1},
       held{retained_cells_max},
       held_count{1},
-      vehicle_rules{size_of(sizes.vehicle)},
-      window_rules{square(sizes.window)},
       blur_px{1},
       relief{relief_size} {}
 

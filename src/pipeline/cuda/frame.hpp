@@ -116,8 +116,6 @@ struct HostMemory {
   PinnedBuffer<int> evidence_count;
   PinnedBuffer<RetainedCell> held;  ///< likewise
   PinnedBuffer<int> held_count;
-  PinnedBuffer<CellRule> vehicle_rules;  ///< likewise
-  PinnedBuffer<CellRule> window_rules;
   PinnedBuffer<float> blur_px;
   PinnedBuffer<std::int16_t> relief;
 };
@@ -173,8 +171,7 @@ class StreamTimes {
     matched,
     answered,
     measured,
-    walked,
-    raised,
+    grounded,
     resumed,
     counted,
     projected,
@@ -184,7 +181,7 @@ class StreamTimes {
     filtered,
     fetched
   };
-  static constexpr int marks{16};
+  static constexpr int marks{15};
 
   StreamTimes();
   StreamTimes(const StreamTimes&) = delete;

@@ -33,6 +33,8 @@ CudaStages::CudaStages(const Config& config, const Rig& level_rig, int device, c
       host_{rig_, sizes_, device_.rays.relief.size()},
       columns_{cuda_, rig_, config.u_disparity, config.matching.disparities},
       low_obstacles_{has_terrain() ? rig_ : Rig{}, has_terrain() ? sizes_.window : 0, config.matching.disparities},
+      ground_{rig_, has_terrain() ? rings_of(config).capacity() : 0, has_terrain() ? sizes_.vehicle : GridGeometry{},
+              has_terrain() ? sizes_.window : 0},
       matches_{rig_.width_px, rig_.height_px} {
   set_memory_use({sizeof *this + held_.pinned + memory_bytes_of(filter_tables_, matches_), held_.device});
   load_mask();
@@ -53,6 +55,7 @@ void CudaStages::load_kernels() {
   split_surfaces();
   enqueue_walk({{}, rings_of(config_), {}});
   find_low_obstacles();
+  find_ground();
   for (const bool is_usable : {false, true}) enqueue_observation(is_usable);
   if (!options_.filters) return;
   stereogrid::fuse_cameras(cuda_, {}, device_.observed.view());
@@ -124,7 +127,6 @@ void CudaStages::match(const LevelFrame& frame, const FrameGrids& grids, const R
   if (is_at_work_) synchronize();
   if (ground.surface != nullptr) {
     put_ground(ground.plane);
-    put_relief(*ground.surface);
     split_surfaces();
     device_.fetch_answer(cuda_, host_);
     times_.mark(cuda_, StreamTimes::answered);
@@ -159,23 +161,26 @@ const float* CudaStages::begin_walk(const WalkFrame& frame) {
   return device_.terrain.host_sigma_px.data();
 }
 
-WalkedGround<Host> CudaStages::walk() {
-  cuda_.use();
-  times_.wait_for(StreamTimes::walked);
-  return device_.terrain.on_host();
-}
-
 void CudaStages::begin_low_obstacles(const LowModel& model, std::span<const float> noise_px) {
   cuda_.use();
   low_obstacles_.put(model, noise_px);
   perform(low_obstacles_graph_, [this] { find_low_obstacles(); });
-  times_.mark(cuda_, StreamTimes::raised);
 }
 
-std::span<const LowCell> CudaStages::low_obstacles() {
+void CudaStages::find_ground(FrameTerrain& terrain, FrameResult&) {
   cuda_.use();
-  times_.wait_for(StreamTimes::raised);
-  return low_obstacles_.found();
+  ground_.put(terrain.ground_frame(), device_.terrain.frame.rings, device_.terrain.walked);
+  perform(ground_graph_, [this] { find_ground(); });
+  times_.mark(cuda_, StreamTimes::grounded);
+}
+
+void CudaStages::finish_ground(FrameTerrain& terrain, FrameResult& result) {
+  cuda_.use();
+  times_.wait_for(StreamTimes::grounded);
+  const View<const std::int16_t, Device> rows{device_.rays.relief_view().rows};
+  terrain.set_walked(device_.terrain.on_host());
+  terrain.set_ground({host_.relief.data(), rows.width, rows.height, rows.pitch}, ground_.found(), result);
+  terrain.mark_low_obstacles(low_obstacles_.found(), result);
 }
 
 void CudaStages::put_ground(const Ground& ground) {
@@ -183,21 +188,13 @@ void CudaStages::put_ground(const Ground& ground) {
   upload(cuda_, &host_.frame().ground, 1, &device_.frame()->ground);
 }
 
-void CudaStages::put_relief(const Relief<Host>& relief) {
-  put(relief.rows, host_.relief.data());
-  upload(cuda_, host_.relief.data(), device_.rays.relief.size(), device_.rays.relief.data());
-}
-
-// The kernels read the rules from pinned memory; without GroundModel::terrain they are not launched.
+// The first time in a frame, nothing reads the memory that is written: the ground's kernels may still be at work.
 void CudaStages::observe(const FrameGrids&, const Evidence& evidence, FrameResult&) {
   cuda_.use();
-  if (is_at_work_) synchronize();
+  if (has_observed_ || is_external_) synchronize();
   if (evidence.is_usable) {
     put_ground(evidence.ground);
     columns_.put(cuda_, evidence.ground);
-    if (device_.rays.relief.size() > 0) put_relief(evidence.rules.relief);
-    put(evidence.rules.vehicle, host_.vehicle_rules.data());
-    put(evidence.rules.window, host_.window_rules.data());
     *host_.blur_px.data() = evidence.blur_px;
   }
   has_observed_ = true;
@@ -285,12 +282,18 @@ void CudaStages::enqueue_walk(const WalkFrame& frame) {
   times_.mark(cuda_, StreamTimes::measured);
   find_trenches(cuda_, device_.terrain);
   find_walk(cuda_, device_.terrain);
-  times_.mark(cuda_, StreamTimes::walked);
 }
 
 void CudaStages::find_low_obstacles() {
   low_obstacles_.find(cuda_, std::as_const(device_.matches.obstacle).view(),
                       std::as_const(device_.matches.road).view());
+}
+
+void CudaStages::find_ground() {
+  DeviceBuffer<std::int16_t>& relief{device_.rays.relief};
+  const View<const std::int16_t, Device> rows{device_.rays.relief_view().rows};
+  ground_.find(cuda_, low_obstacles_.on_device(), {relief.data(), rows.width, rows.height, rows.pitch});
+  download(cuda_, relief.data(), relief.size(), host_.relief.data());
 }
 
 void CudaStages::split_given(const Ground* ground) {
@@ -339,8 +342,8 @@ void CudaStages::project() {
   project_to(&frame->seen_vehicle, device_.observed);
   project_to(&frame->seen_window, device_.observed_window);
   if (config_.ground.model == GroundModel::plane) return;
-  apply_rules(cuda_, host_.vehicle_rules.data(), device_.observed.view());
-  apply_rules(cuda_, host_.window_rules.data(), device_.observed_window.view());
+  apply_rules(cuda_, ground_.vehicle_rules(), device_.observed.view());
+  apply_rules(cuda_, ground_.window_rules(), device_.observed_window.view());
 }
 
 void CudaStages::enqueue_filter(bool has_others) {

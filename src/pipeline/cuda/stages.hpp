@@ -24,9 +24,9 @@ class CudaStages final : public Stages {
              const MatchGround& ground) override;
   const Matches& read() override;
   const float* begin_walk(const WalkFrame& frame) override;
-  WalkedGround<Host> walk() override;
   void begin_low_obstacles(const LowModel& model, std::span<const float> noise_px) override;
-  std::span<const LowCell> low_obstacles() override;
+  void find_ground(FrameTerrain& terrain, FrameResult& result) override;
+  void finish_ground(FrameTerrain& terrain, FrameResult& result) override;
   void observe(const FrameGrids& grids, const Evidence& evidence, FrameResult& result) override;
   void fuse_cameras(std::span<const CameraGrids> cameras, FrameResult& result) override;
   std::span<const ColumnNode> find_nodes(const Ground& ground, const Relief<Host>& relief) override;
@@ -55,13 +55,13 @@ class CudaStages final : public Stages {
   void put_frame(const LevelFrame& frame, const FrameGrids& grids);
   void put_set(const FrameGrids& grids);
   void put_ground(const Ground& ground);
-  void put_relief(const Relief<Host>& relief);
   void synchronize();
   template <class Work>
   void perform(Graph& graph, const Work& work);
   void enqueue_match();
   void enqueue_walk(const WalkFrame& frame);
   void find_low_obstacles();
+  void find_ground();
   void split_given(const Ground* ground);
   void split_surfaces();
   void enqueue_observation(bool is_usable);
@@ -86,6 +86,7 @@ class CudaStages final : public Stages {
   HostMemory host_;
   ColumnsOnDevice columns_;
   LowObstaclesOnDevice low_obstacles_;
+  GroundOnDevice ground_;
   Matches matches_;                                             ///< see read()
   CudaBytes held_{cuda_bytes_allocated() - allocated_before_};  // by the members so far
 
@@ -103,6 +104,7 @@ class CudaStages final : public Stages {
 
   std::array<Graph, 2> match_graphs_;  ///< [is_external_]
   Graph low_obstacles_graph_;
+  Graph ground_graph_;
   std::array<Graph, 2> observe_graphs_;                ///< [is_usable]
   std::array<std::array<Graph, 2>, 2> filter_graphs_;  ///< [with other grids][now_]
 };

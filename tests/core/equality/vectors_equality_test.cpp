@@ -7,9 +7,9 @@
 #include "filter_run.hpp"
 #include "ground_scene.hpp"
 #include "images/patch.hpp"
-#include "plain_places.hpp"
 #include "support.hpp"
 #include "targets.hpp"
+#include "terrain/polar_places.hpp"
 #include "terrain/samples.hpp"
 
 namespace stereogrid::test {
@@ -161,11 +161,15 @@ TEST(PolarPlacesEquality, OnEveryInstructionSet) {
         for (const int step : {1, 5}) {
           PolarPlaces places{};
           find_places(camera, cells, 3, step, iy, places);
-          const PolarPlaces expected{plain_places(camera, cells, 3, step, iy)};
-          EXPECT_EQ(places.x, expected.x);
-          EXPECT_EQ(places.ring, expected.ring);
-          EXPECT_EQ(places.first, expected.first);
-          EXPECT_EQ(places.last, expected.last);
+          for (int i{0}; i < PolarPlaces::size; ++i) {
+            const auto k = static_cast<std::size_t>(i);
+            const float x{cells.x_of(3 + step * i, iy)};
+            const PolarPlace expected{polar_place(camera, x, cells.y_of(3 + step * i, iy))};
+            EXPECT_EQ(places.x[k], x);
+            EXPECT_EQ(places.ring[k], expected.ring);
+            EXPECT_EQ(places.first[k], expected.first);
+            EXPECT_EQ(places.last[k], expected.last);
+          }
         }
       }
     }

@@ -9,7 +9,7 @@
 #include "matching/checks/simd.hpp"
 #include "matching/correlation/simd.hpp"
 #include "obstacles/segmentation/columns.hpp"
-#include "plain_places.hpp"
+#include "terrain/polar_places.hpp"
 #include "terrain/samples.hpp"
 
 namespace stereogrid {
@@ -67,7 +67,13 @@ void find_medians(View<const float> obstacle, View<const float> road, int column
 
 void find_places(const PolarGeometry& geometry, const CellPlaces& cells, int ix, int step, int iy,
                  PolarPlaces& places) {
-  places = test::plain_places(geometry, cells, ix, step, iy);
+  for (std::size_t i{0}; i < PolarPlaces::size; ++i, ix += step) {
+    places.x[i] = cells.x_of(ix, iy);
+    const PolarPlace place{polar_place(geometry, places.x[i], cells.y_of(ix, iy))};
+    places.ring[i] = place.ring;
+    places.first[i] = place.first;
+    places.last[i] = place.last;
+  }
 }
 
 }  // namespace stereogrid

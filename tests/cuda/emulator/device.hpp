@@ -143,6 +143,9 @@ T atomicOr(T* address, std::type_identity_t<T> value) {
   return old;
 }
 
+inline float __int_as_float(int value) {
+  return std::bit_cast<float>(value);
+}
 inline int __float_as_int(float value) {
   return std::bit_cast<int>(value);
 }

@@ -116,9 +116,10 @@ struct FrameOf {
     const GridInVehicle window_cells{grid_in_vehicle(cells, inverse(pose))};
     terrain.begin(ground, ground, {cells, window_cells, pose, dt_s, grid_in_vehicle(vehicle.grid, {}), window_cells});
     terrain.set_noise(walks.begin(terrain.walk_frame(), disparity.view(), none.view(), in_order));
-    terrain.find(walks.find(in_order), in_order);
+    terrain.set_walked(walks.find(in_order));
     const LowModel& model{terrain.begin_low_obstacles()};
-    terrain.write(low.find(disparity.view(), none.view(), model, terrain.noise_px(), in_order), in_order, result);
+    terrain.find_ground(in_order, result);
+    terrain.mark_low_obstacles(low.find(disparity.view(), none.view(), model, terrain.noise_px(), in_order), result);
   }
   /// Highest filtered occupancy at x in front of the vehicle, if the filter has only seen free cells.
   float filtered_at(double x, bool is_usable = true, const std::function<bool(Point2)>& claims_free = {}) {
