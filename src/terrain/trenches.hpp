@@ -42,7 +42,6 @@ constexpr float lower_slope{1.3f};     ///< least tangent of the line of sight t
 constexpr int sectors_beside{3};
 constexpr int chain_rows{3};    ///< rows between the edges of a chain
 constexpr int chain_reach{10};  ///< sectors from one trench of a chain to the next
-constexpr int sure_sectors{9};  ///< least length of a long chain, which is as wide as the vehicle is high
 constexpr int extension_reach{4};
 constexpr std::array wall_rows_tried{0, 6, 7, 8, 10, 12, 14, 17, 20, 24};
 constexpr int trench_shapes{static_cast<int>(wall_rows_tried.size())};
@@ -273,7 +272,7 @@ struct TrenchChains {
       Trench* const last{beside(sector, -1, chain_reach, trench->row)};
       if (last != nullptr) last->chain = std::max(last->chain, trench->chain);
       const float width_m{static_cast<float>(trench->chain * sector_px) * trench->edge_x / ground.camera.focal_px};
-      trench->is_sure = trench->chain >= sure_sectors && width_m >= ground.limits.height_m;
+      trench->is_sure = width_m >= ground.limits.height_m;
       if (!trench->is_sure && trench->rest_px > rest_alone_px) trench.reset();
     }
   }
