@@ -39,6 +39,9 @@ struct GapFront {
   float window_rows;  ///< rows over which the matcher smears a jump
 };
 
+/// Growth of the disparity per row up to which a surface behind a gap is upright, in that of a level one; chosen on
+/// ditches in ramps.
+constexpr float upright_growth{0.35f};
 constexpr int landing_rows{6};
 constexpr int landing_samples_min{6};
 
@@ -91,7 +94,7 @@ STEREOGRID_HD inline Gap classify_gap(const TerrainCamera& camera, const Terrain
   const float drop_m{front.z - gap.landing_z};
   gap.slope = landing.per_row > 0 ? camera.slope_of(landing.per_row, h, gap.edge_x) : 1e3f;
   const float landing_h{camera.height_m - gap.landing_z};
-  const bool is_upright{camera.is_upright(landing.per_row, landing_h + limits.slope * gap.landing_x)};
+  const bool is_upright{landing.per_row < upright_growth * camera.level_growth(landing_h)};
   const float sigma_z{camera.elevation_sigma(landing_h, gap.landing_x, front.sigma_px)};
   const float smear_m{front.window_rows / 2 * camera.tangent_per_v * gap.landing_x};
   const bool is_far_wall{is_upright && drop_m > smear_m &&
