@@ -130,12 +130,13 @@ void GroundEstimator::collect(const MatchedFrame& frame, int own_from_row, Plane
     const std::uint8_t* const masked{frame.masked.empty() ? nullptr : frame.masked.row(v)};
     for (int i{0}; i < lattice.across; ++i) {
       const int u{MatchLattice::first_u + i * MatchLattice::step_u};
-      if (masked != nullptr && masked[u] != 0) continue;
+      const float disparity{std::max(upright[u], road[u])};
+      if (!(disparity > 0) || (masked != nullptr && masked[u] != 0)) continue;
       samples.x[count] = static_cast<float>(u - rig_.cx_px);
       samples.y[count] = y;
-      samples.disparity[count] = std::max(upright[u], road[u]);
+      samples.disparity[count] = disparity;
       samples.fit_weight[count] = road[u] > 0 ? road_weight : upright_weight;
-      count += samples.disparity[count] > 0 ? 1 : 0;
+      ++count;
     }
   }
   samples.resize(count);

@@ -164,7 +164,7 @@ constexpr std::size_t plane_lanes{8};
 constexpr std::size_t support_sums{8};
 constexpr std::size_t equation_sums{9};
 constexpr int share_bins{256};
-constexpr int share_parts{1 << 20};
+constexpr int share_parts{1 << 24};
 constexpr float deviation_max_px{2};
 
 #include "ground/plane_formulas.hpp"

@@ -10,7 +10,6 @@
 #include "backend/cpu.hpp"
 #include "filter/filter.hpp"
 #include "fusion/fusion.hpp"
-#include "ground/plane_evidence.hpp"
 #include "matching/checks/external.hpp"
 #include "matching/matching.hpp"
 #include "observation/projection/projection.hpp"

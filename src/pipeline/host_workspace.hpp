@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "filter/filter.hpp"
-#include "ground/plane_evidence.hpp"
 #include "matching/matching.hpp"
 #include "observation/projection/projection.hpp"
 #include "observation/rays/rays.hpp"

@@ -13,7 +13,6 @@
 #include "fusion/model.hpp"
 #include "geometry/grid_in_vehicle.hpp"
 #include "geometry/matches.hpp"
-#include "ground/plane_evidence.hpp"
 #include "images/row_alignment/row_alignment.hpp"
 #include "matching/checks/mask.hpp"
 #include "memory_bytes.hpp"
