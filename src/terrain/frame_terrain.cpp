@@ -179,7 +179,7 @@ void FrameTerrain::bound_filtered(std::span<const FrameTerrain* const> seen,
   const bool is_usable{!seen.empty()};
   if (is_usable) {
     merge(seen);
-    for (const FrameTerrain* const one : seen) low_obstacles_.remember(one->low_obstacles_);
+    for (const FrameTerrain* const one : seen) low_obstacles_.remember(one->low_obstacles_, result.world.occupancy);
     bound(vehicle_rules_, result.vehicle.occupancy);
     drop_witnesses();
   }

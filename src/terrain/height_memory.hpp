@@ -2,8 +2,10 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 
 #include "geometry/window.hpp"
 #include "memory_bytes.hpp"
@@ -11,8 +13,8 @@
 
 namespace stereogrid {
 
-/// Mean heights of cells over the ground around them, over the frames (docs/terrain.md, "Low obstacles"). Heights are
-/// in units of what the matcher leaves of a step. Unseen cells keep theirs.
+/// Mean heights of cells over the ground around them, and bars, over the frames (docs/terrain.md, "Low obstacles").
+/// Heights are in units of what the matcher leaves of a step. Unseen cells keep theirs.
 class HeightMemory {
  public:
   /// Samples of full weight: errors of neighbouring pixels are correlated.
@@ -38,24 +40,34 @@ class HeightMemory {
     const bool is_level{height < level_height && weight > level_weight};
     const float kept{is_level ? kept_of_level : kept_of_other};
     Cell& cell{cells_(ix, iy)};
-    cell = {kept * cell.weight + weight, kept * cell.weighted + weight * height};
+    cell = {kept * cell.weight + weight, kept * cell.weighted + weight * height, cell.tall};
   }
-  void clear(int ix, int iy) { cells_(ix, iy) = {}; }
+  /// Clears the mean.
+  void clear(int ix, int iy) { cells_(ix, iy) = {0, 0, cells_(ix, iy).tall}; }
+  /// Adds whether a frame has seen something tall. `is_occupied`: rays show it, so that it is no bar.
+  void add_tall(int ix, int iy, bool is_tall, bool is_occupied) {
+    std::uint32_t& tall{cells_(ix, iy).tall};
+    tall = is_occupied ? 0 : (tall << 1 | (is_tall ? 1U : 0U)) & bar_frames;
+  }
+  [[nodiscard]] bool has_tall(int ix, int iy) const { return cells_(ix, iy).tall != 0; }
   void reset() { cells_.fill({}); }
   /// Moves with the window.
   void move(Scroll scroll) { scroll_cells(scroll, cells_, moved_); }
-  /// Calls work(ix, iy, mean) for the cells with an obstacle: its mean is a standard deviation over obstacle_height.
+  /// Calls work(ix, iy, mean) for the cells with an obstacle: its mean is a standard deviation over obstacle_height, or
+  /// it is a bar, of which there is no mean.
   template <class Work>
   void for_obstacles(const Work& work) const {
     for (int iy{0}; iy < cells_.height(); ++iy) {
       for (int ix{0}; ix < cells_.width(); ++ix) {
         const Cell& cell{cells_(ix, iy)};
-        if (cell.weight == 0) continue;
+        if (cell.weight == 0 && cell.tall == 0) continue;
         const float weight{cell.weight + prior_weight};
         const float height{cell.weighted / weight};
         const float sigma{height_sigma / std::sqrt(weight)};
         if (height > obstacle_height + sigma)
           work(ix, iy, Mean{height, cell.weight / weight_max, height > obstacle_height + sure_sigmas * sigma});
+        else if (std::popcount(cell.tall) >= bar_sightings)
+          work(ix, iy, Mean{0, 0, false});
       }
     }
   }
@@ -74,9 +86,13 @@ class HeightMemory {
   static constexpr float prior_weight{0.1f};     ///< weight of level ground before any frame
   static constexpr float height_sigma{0.24f};    ///< noise of a height with weight 1
 
+  static constexpr std::uint32_t bar_frames{0xff};  ///< the last eight frames that see the cell
+  static constexpr int bar_sightings{3};            ///< as many of them show a bar; two are often wrong matches
+
   struct Cell {
     float weight{0};
     float weighted{0};
+    std::uint32_t tall{0};  ///< frames with something tall, the last one in the lowest bit
   };
 
   Image<Cell> cells_;

@@ -6,10 +6,22 @@
 #include <cmath>
 #include <utility>
 
+#include "terrain/rules.hpp"
+
 namespace stereogrid {
 namespace {
 
 constexpr int read_columns{32};  ///< columns that are read together
+
+// The cell or one beside it.
+bool is_near_occupied(const Image<float>& occupancy, int ix, int iy) {
+  for (int y{std::max(iy - 1, 0)}; y <= std::min(iy + 1, occupancy.height() - 1); ++y) {
+    for (int x{std::max(ix - 1, 0)}; x <= std::min(ix + 1, occupancy.width() - 1); ++x) {
+      if (occupancy(x, y) >= ruled_obstacle) return true;
+    }
+  }
+  return false;
+}
 
 }  // namespace
 
@@ -271,12 +283,15 @@ void LowObstacleFinder::check() {
   });
 }
 
-void LowObstacles::remember(const LowObstacles& of) {
+// Rays and the filter decide about tall things that they see: these may move, and the matcher smears them.
+void LowObstacles::remember(const LowObstacles& of, const Image<float>& occupancy) {
   for (const LowCell& cell : of.seen_) {
     if (cell.is_beside_tall)
       memory_.clear(cell.ix, cell.iy);
     else
       memory_.add(cell.ix, cell.iy, cell.height, model_.limits.step_m / 8 / cell.noise_m, cell.count);
+    if (cell.is_tall || memory_.has_tall(cell.ix, cell.iy))
+      memory_.add_tall(cell.ix, cell.iy, cell.is_tall, is_near_occupied(occupancy, cell.ix, cell.iy));
   }
 }
 

@@ -139,8 +139,8 @@ class LowObstacles {
   }
   /// Moves the memory with the window.
   void move(Scroll scroll) { memory_.move(scroll); }
-  /// Adds the frame of a camera, this one or another, to the memory.
-  void remember(const LowObstacles& of);
+  /// Adds the frame of a camera, this one or another, to the memory. `occupancy`: the filter's, in the window.
+  void remember(const LowObstacles& of, const Image<float>& occupancy);
   /// Calls work(ix, iy, HeightMemory::Mean) for the cells with an obstacle in memory, by rows.
   template <class Work>
   void for_obstacles(const Work& work) const {

@@ -81,6 +81,7 @@ struct LowCell {
   float noise_m;  ///< standard deviation of a sample's height
   std::uint8_t count;
   bool is_high;  ///< something is higher than the ground around
+  bool is_tall;  ///< see LowSeen
   bool is_beside_tall;
 };
 
@@ -246,14 +247,14 @@ struct LowModel {
   [[nodiscard]] STEREOGRID_HD static bool is_high(const LowSeen& seen, bool is_beside_tall) {
     return seen.is_high && !is_beside_tall;
   }
-  /// True: the cell must not be small.
+  /// True: the cell must not be small. Tall ones may: bars are.
   [[nodiscard]] STEREOGRID_HD static bool is_obstacle(const LowSeen& seen, bool is_beside_tall) {
-    return is_high(seen, is_beside_tall) || seen.height > HeightMemory::obstacle_height;
+    return is_high(seen, is_beside_tall) || (!seen.is_tall && seen.height > HeightMemory::obstacle_height);
   }
   [[nodiscard]] STEREOGRID_HD static LowCell cell(int ix, int iy, const LowSeen& seen, bool is_beside_tall,
                                                   float noise) {
-    return {static_cast<std::uint16_t>(ix),        static_cast<std::uint16_t>(iy), seen.height,   noise,
-            static_cast<std::uint8_t>(seen.count), is_high(seen, is_beside_tall),  is_beside_tall};
+    return {static_cast<std::uint16_t>(ix),        static_cast<std::uint16_t>(iy), seen.height,  noise,
+            static_cast<std::uint8_t>(seen.count), is_high(seen, is_beside_tall),  seen.is_tall, is_beside_tall};
   }
   /// Height that the matcher leaves of a step, where a row of the image is row_m high.
   [[nodiscard]] STEREOGRID_HD float matched_step_m(float row_m) const {

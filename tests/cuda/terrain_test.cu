@@ -62,7 +62,7 @@ std::vector<LowCell> by_place(std::span<const LowCell> cells) {
 
 bool is_same(const LowCell& a, const LowCell& b) {
   return a.ix == b.ix && a.iy == b.iy && a.height == b.height && a.noise_m == b.noise_m && a.count == b.count &&
-         a.is_high == b.is_high && a.is_beside_tall == b.is_beside_tall;
+         a.is_high == b.is_high && a.is_tall == b.is_tall && a.is_beside_tall == b.is_beside_tall;
 }
 
 struct Found {

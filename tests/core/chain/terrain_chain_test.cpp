@@ -168,6 +168,27 @@ TEST(Terrain, HazardsOfAFrameAreNotFreeInTheFilteredGrid) {
   EXPECT_GT(drive_to("terrain?kind=kerb&at=4&frames=14", TerrainClass::obstacle, 0.5f), 50);
 }
 
+// Its top has a few right matches a frame, and ground behind it that seems to be in its place.
+TEST(Terrain, AThinTableTopIsAnObstacle) {
+  const scenes::Scene scene{scenes::parse_scene("terrain?kind=table&seed=3&frames=10"), 2};
+  Pipeline pipeline{preset("default"), scene.rig(), {.threads = 2, .stages = false}};
+  constexpr std::size_t frames{4};
+  int occupied{0};
+  for (std::size_t i{0}; i < scene.size(); ++i) {
+    const StereoFrame frame{scene.load(i)};
+    const FrameResult& result{pipeline.process(frame)};
+    if (i + frames < scene.size()) continue;
+    const GridGeometry& grid{result.vehicle.geometry};
+    for (const auto [ix, iy] : raster(grid.nx, grid.ny)) {
+      const double x{grid.x_min_m + (ix + 0.5) * grid.cell_size_m + frame.world_from_vehicle->x_m};
+      const double y{grid.y_min_m + (iy + 0.5) * grid.cell_size_m};
+      if (x < 6.8 || x > 7.6 || std::abs(y) > 1.2) continue;
+      occupied += result.vehicle.occupancy(ix, iy) >= 0.7f ? 1 : 0;
+    }
+  }
+  EXPECT_GT(occupied, 50) << "of 192 cells; without memory of bars 39";
+}
+
 // Rising ground and large obstacles.
 TEST(Terrain, KeepsTheExtrinsicsBeforeWhatRises) {
   const auto check = [](const FrameResult& result, double) {

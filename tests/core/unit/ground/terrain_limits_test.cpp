@@ -53,6 +53,30 @@ TEST(Terrain, DeviationGrowsWithTheNoiseOfTheFrame) {
   EXPECT_GT(sigma_with(0.7f), 1.5 * sigma_with(0.2f));
 }
 
+TEST(HeightMemory, ABarIsSeenInThreeOfEightFrames) {
+  HeightMemory memory{3};
+  const auto bars_after = [&](std::initializer_list<bool> frames, bool is_occupied) {
+    int bars{0};
+    for (const bool is_tall : frames) memory.add_tall(1, 2, is_tall, is_occupied);
+    memory.for_obstacles([&](int ix, int iy, const HeightMemory::Mean& mean) {
+      ++bars;
+      EXPECT_EQ(ix, 1);
+      EXPECT_EQ(iy, 2);
+      EXPECT_FALSE(mean.is_sure);
+    });
+    return bars;
+  };
+  EXPECT_EQ(bars_after({true, false, false, true, false, false, false}, false), 0);
+  EXPECT_EQ(bars_after({true}, false), 1);
+  memory.add(1, 2, 0, 1, HeightMemory::samples_enough);  // ground below it
+  memory.clear(1, 2);                                    // beside something tall
+  EXPECT_EQ(bars_after({}, false), 1);
+  EXPECT_EQ(bars_after({false}, false), 0) << "the first one was nine frames ago";
+  EXPECT_EQ(bars_after({true}, false), 1);
+  EXPECT_EQ(bars_after({true}, true), 0) << "rays see it";
+  EXPECT_EQ(bars_after({true, true}, false), 0);
+}
+
 // Three standard deviations of the elevation are a step at 14 m.
 TEST(Terrain, ObstaclesAreMarkedAsFarAsTheNoiseAllows) {
   const auto share_at = [](float at_m) {
