@@ -21,6 +21,8 @@ class HeightMemory {
   static constexpr int samples_enough{30};
   /// Least mean height of an obstacle.
   static constexpr float obstacle_height{1};
+  /// Standard deviations over it of an obstacle, for which cells are many.
+  static constexpr float obstacle_sigmas{2};
   /// Standard deviations over it of a sure obstacle: texture almost along the rows has four times the errors.
   static constexpr float sure_sigmas{4};
 
@@ -53,8 +55,8 @@ class HeightMemory {
   void reset() { cells_.fill({}); }
   /// Moves with the window.
   void move(Scroll scroll) { scroll_cells(scroll, cells_, moved_); }
-  /// Calls work(ix, iy, mean) for the cells with an obstacle: its mean is a standard deviation over obstacle_height, or
-  /// it is a bar, of which there is no mean.
+  /// Calls work(ix, iy, mean) for the cells with an obstacle: its mean is obstacle_sigmas over obstacle_height, or it
+  /// is a bar, of which there is no mean.
   template <class Work>
   void for_obstacles(const Work& work) const {
     for (int iy{0}; iy < cells_.height(); ++iy) {
@@ -64,7 +66,7 @@ class HeightMemory {
         const float weight{cell.weight + prior_weight};
         const float height{cell.weighted / weight};
         const float sigma{height_sigma / std::sqrt(weight)};
-        if (height > obstacle_height + sigma)
+        if (height > obstacle_height + obstacle_sigmas * sigma)
           work(ix, iy, Mean{height, cell.weight / weight_max, height > obstacle_height + sure_sigmas * sigma});
         else if (std::popcount(cell.tall) >= bar_sightings)
           work(ix, iy, Mean{0, 0, false});

@@ -41,11 +41,10 @@ LowModel::LowModel(const Rig& level_rig, const TerrainLimits& of_terrain, double
       places{{}, {}, 1} {}
 
 // Behind the range at which two rows are a cell apart, cells have gaps.
-void LowModel::begin(const TerrainCamera& of_frame, const GridInVehicle& window, float checked_m) {
+void LowModel::begin(const TerrainCamera& of_frame, const GridInVehicle& window) {
   camera = of_frame;
   places = CellPlaces{window, {0, 0}, 1};
-  const float sampled_m{std::sqrt(cell_m * camera.height_m / camera.tangent_per_v)};
-  end_m = std::max(std::min(checked_m, sampled_m), cell_m);
+  end_m = std::max(std::sqrt(cell_m * camera.height_m / camera.tangent_per_v), cell_m);
   least_px = camera.focal_baseline_pxm / end_m;
   most_px = camera.focal_baseline_pxm / cell_m;
   const GridGeometry& grid{window.grid};
@@ -227,20 +226,21 @@ void LowObstacleFinder::compare(int iy) {
     seen = {};
     const LowPlane& plane{planes_(ix, iy)};
     if (std::isnan(plane.z)) continue;
-    LowModel::Limits limits{model_->limits_of(plane, model_->places.x_of(ix, iy), noise_m_(ix, iy))};
+    const LowModel::Limits limits{model_->limits_of(plane, model_->places.x_of(ix, iy), noise_m_(ix, iy))};
     std::span<const std::int16_t> heights{heights_of(ix, iy)};
     const int samples{static_cast<int>(heights.size())};
-    if (!LowModel::is_over(limits, top_m_(ix, iy)))
-      heights = heights.last(static_cast<std::size_t>(LowModel::decile_of(samples)));
-    else
-      limits.least_m = std::max(limits.least_m, LowModel::depths * depth_around(ix, iy));
+    const auto is_over = [&](float height_m) { return LowModel::is_over(limits, top_m_(ix, iy), height_m); };
     const auto higher = [&](float height_m) {
       const float limit{LowModel::over(limits, height_m)};
       return static_cast<int>(
           std::ranges::count_if(heights, [limit](std::int16_t z) { return static_cast<float>(z) > limit; }));
     };
+    const bool may_be_obstacle{is_over(limits.matched_m) && is_over(LowModel::depths * depth_around(ix, iy))};
+    const int raised{may_be_obstacle ? higher(LowModel::raised_share * limits.matched_m) : 0};
+    if (!is_over(limits.least_m)) heights = heights.last(static_cast<std::size_t>(LowModel::decile_of(samples)));
     const int high{higher(limits.least_m)};
-    seen = model_->seen(limits, top_m_(ix, iy), samples, high, high > 1 ? higher(model_->limits.rays_from_m) : 0);
+    const int tall{high > 1 ? higher(model_->limits.rays_from_m) : 0};
+    seen = model_->seen(limits, top_m_(ix, iy), samples, raised, high, tall);
   }
 }
 
@@ -254,13 +254,13 @@ float LowObstacleFinder::depth_around(int ix, int iy) const {
   return depth_m;
 }
 
-bool LowObstacleFinder::is_small(int ix, int iy) const {
-  int high{0};
+int LowObstacleFinder::raised_around(int ix, int iy) const {
+  int raised{0};
   for (int y{std::max(iy - 1, rows_.begin)}; y <= std::min(iy + 1, rows_.end - 1); ++y) {
     for (int x{std::max(ix - 1, columns_.begin)}; x <= std::min(ix + 1, columns_.end - 1); ++x)
-      high += seen_(x, y).high;
+      raised += seen_(x, y).raised;
   }
-  return model_->is_small(model_->places.x_of(ix, iy), high);
+  return raised;
 }
 
 void LowObstacleFinder::mark_beside_tall(int ix, int iy) {
@@ -278,8 +278,9 @@ void LowObstacleFinder::check() {
   found_.clear();
   for_cells([this](int ix, int iy) {
     const LowSeen& seen{seen_(ix, iy)};
-    if (seen.count == 0 || (LowModel::is_obstacle(seen, seen.is_beside_tall) && is_small(ix, iy))) return;
-    found_.push_back(LowModel::cell(ix, iy, seen, seen.is_beside_tall, noise_m_(ix, iy)));
+    if (seen.count == 0) return;
+    const int raised{LowModel::is_obstacle(seen, seen.is_beside_tall) ? raised_around(ix, iy) : 0};
+    found_.push_back(model_->cell(ix, iy, seen, seen.is_beside_tall, raised, noise_m_(ix, iy)));
   });
 }
 

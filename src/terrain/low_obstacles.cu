@@ -177,19 +177,19 @@ __global__ void compare(const LowFrameOnDevice* frame, LowCellsOnDevice cells) {
       const LowLevel level{cells.levels[cell]};
       const int samples{cells.counts[cell]};
       const std::int16_t* const of_cell{cells.sorted + cells.ends[cell] - samples};
-      LowModel::Limits limits{model.limits_of(plane, model.places.x_of(ix, iy), level.noise_m)};
-      const bool is_over{LowModel::is_over(limits, level.top_m)};
-      const int most{is_over ? samples : LowModel::decile_of(samples)};
-      if (is_over) {
-        const float depth_m{depth_around(frame->box, model.reach, ix, iy, cells)};
-        limits.least_m = Max(limits.least_m, LowModel::depths * depth_m);
-      }
+      const LowModel::Limits limits{model.limits_of(plane, model.places.x_of(ix, iy), level.noise_m)};
+      const auto is_over = [&](float height_m) { return LowModel::is_over(limits, level.top_m, height_m); };
+      const int most{is_over(limits.least_m) ? samples : LowModel::decile_of(samples)};
       const auto higher = [&](float height_m) {
         const float limit{LowModel::over(limits, height_m)};
-        return min(most, count_of(of_cell, samples, [=](std::int16_t z) { return static_cast<float>(z) > limit; }));
+        return count_of(of_cell, samples, [=](std::int16_t z) { return static_cast<float>(z) > limit; });
       };
-      const int high{higher(limits.least_m)};
-      seen = model.seen(limits, level.top_m, samples, high, high > 1 ? higher(model.limits.rays_from_m) : 0);
+      const bool may_be_obstacle{is_over(limits.matched_m) &&
+                                 is_over(LowModel::depths * depth_around(frame->box, model.reach, ix, iy, cells))};
+      const int raised{may_be_obstacle ? higher(LowModel::raised_share * limits.matched_m) : 0};
+      const int high{min(most, higher(limits.least_m))};
+      const int tall{high > 1 ? min(most, higher(model.limits.rays_from_m)) : 0};
+      seen = model.seen(limits, level.top_m, samples, raised, high, tall);
     }
     if (lane == 0) cells.seen[cell] = seen;
   });
@@ -214,10 +214,9 @@ __global__ void write_cells(const LowFrameOnDevice* frame, LowCellsOnDevice cell
   const int iy{box.iy(cell)};
   bool is_beside_tall{false};
   for_around(box, model.tall_reach, ix, iy, cells.seen, [&](const LowSeen& one) { is_beside_tall |= one.is_tall; });
-  int high{0};
-  for_around(box, 1, ix, iy, cells.seen, [&](const LowSeen& one) { high += one.high; });
-  if (LowModel::is_obstacle(seen, is_beside_tall) && model.is_small(model.places.x_of(ix, iy), high)) return;
-  written[atomicAdd(found, 1)] = LowModel::cell(ix, iy, seen, is_beside_tall, cells.levels[cell].noise_m);
+  int raised{0};
+  for_around(box, 1, ix, iy, cells.seen, [&](const LowSeen& one) { raised += one.raised; });
+  written[atomicAdd(found, 1)] = model.cell(ix, iy, seen, is_beside_tall, raised, cells.levels[cell].noise_m);
 }
 
 std::size_t square(int side) {

@@ -65,8 +65,8 @@ struct LowPlane {
 
 /// Result of the samples of a cell.
 struct LowSeen {
-  int count;  ///< samples, up to HeightMemory::samples_enough; 0: none, or wrong ones
-  int high;   ///< samples over the ground
+  int count;   ///< samples, up to HeightMemory::samples_enough; 0: none, or wrong ones
+  int raised;  ///< samples of what may be an obstacle
   bool is_high;
   bool is_tall;         ///< rays show it
   bool is_beside_tall;  ///< it or a neighbour is; on the CPU
@@ -77,11 +77,11 @@ struct LowSeen {
 struct LowCell {
   std::uint16_t ix;
   std::uint16_t iy;
-  float height;   ///< see LowSeen
-  float noise_m;  ///< standard deviation of a sample's height
-  std::uint8_t count;
-  bool is_high;  ///< something is higher than the ground around
-  bool is_tall;  ///< see LowSeen
+  float height;        ///< see LowSeen
+  float noise_m;       ///< standard deviation of a sample's height
+  std::uint8_t count;  ///< see LowSeen; 0: less than an obstacle, but higher
+  bool is_high;        ///< something is higher than the ground around
+  bool is_tall;        ///< see LowSeen
   bool is_beside_tall;
 };
 
@@ -108,7 +108,10 @@ struct LowModel {
   static constexpr float plane_sigmas{0.5f};
   static constexpr float plane_below{2};  ///< lowest ones of the last pass below it, relative to these
   /// Least height of an obstacle relative to the depth of the lowest level around it: errors are on both sides.
-  static constexpr float depths{2.25f};
+  static constexpr float depths{1.75f};
+  /// Samples over this share of what the matcher leaves of a step are those of an obstacle's face and top,
+  static constexpr float raised_share{0.5f};
+  static constexpr float raised_faces{2};  ///< and are as many as such faces have
   /// Distance around tall obstacles: a walker moves as far in a frame, and the matcher smears as far.
   static constexpr float tall_reach_m{0.2f};
 
@@ -138,8 +141,8 @@ struct LowModel {
   LowModel(const Rig& level_rig, const TerrainLimits& of_terrain, double cell_size_m, int window_cells, int window_px,
            int disparities);
 
-  /// Sets the frame. `checked_m`: range up to which its noise allows to find them.
-  void begin(const TerrainCamera& of_frame, const GridInVehicle& window, float checked_m);
+  /// Sets the frame.
+  void begin(const TerrainCamera& of_frame, const GridInVehicle& window);
 
   [[nodiscard]] STEREOGRID_HD Row row(int v) const {
     const float ahead{camera.tangent(cx_px, static_cast<float>(v))};
@@ -219,28 +222,28 @@ struct LowModel {
             Max(Max(Max(matched_share * limits.step_m, matched_m), sigmas * noise),
                 2 * Min(rise_m / cell_m, limits.slope) * range_noise)};
   }
-  /// True: the upper decile is an obstacle.
-  [[nodiscard]] STEREOGRID_HD static bool is_over(const Limits& of, float top_m) {
-    return top_m - of.ground_m > of.least_m;
+  /// True: the upper decile is higher than that over the ground.
+  [[nodiscard]] STEREOGRID_HD static bool is_over(const Limits& of, float top_m, float height_m) {
+    return top_m - of.ground_m > height_m;
   }
   /// A height over the ground in units of samples.
   [[nodiscard]] STEREOGRID_HD static float over(const Limits& of, float height_m) {
     return (of.ground_m + height_m) * per_m;
   }
-  /// `samples` of the cell; `high` ones; `tall` ones: those over the height of what rays show.
-  [[nodiscard]] STEREOGRID_HD LowSeen seen(const Limits& of, float top_m, int samples, int high, int tall) const {
+  /// `samples` of the cell; `raised` ones; `high` ones; `tall` ones: those over the height of what rays show.
+  [[nodiscard]] STEREOGRID_HD LowSeen seen(const Limits& of, float top_m, int samples, int raised, int high,
+                                           int tall) const {
     LowSeen seen{};
     seen.count = Min(samples * column_step(of.x) / column_step(end_m), HeightMemory::samples_enough);
-    seen.high = high;
+    seen.raised = raised;
     seen.is_high = static_cast<float>(high) >= Max(3.0f, 0.1f * face_samples(of.x));
     seen.is_tall = high > 1 && tall > 1;
     seen.height = Min(Max((top_m - of.ground_m) / of.matched_m, height_min), height_max);
     return seen;
   }
-  /// Wrong matches are smaller than stones: the cell and those around it have as many `high` samples as the face of a
-  /// step that is a cell wide.
-  [[nodiscard]] STEREOGRID_HD bool is_small(float x, int high) const {
-    return static_cast<float>(high) < face_samples(x);
+  /// Wrong matches are smaller than stones. `raised`: samples of the cell and those around it.
+  [[nodiscard]] STEREOGRID_HD bool is_small(float x, int raised) const {
+    return static_cast<float>(raised) < raised_faces * face_samples(x);
   }
   /// Rays and the filter decide about tall things and the cells beside them, into which the matcher's window smears
   /// them.
@@ -251,10 +254,18 @@ struct LowModel {
   [[nodiscard]] STEREOGRID_HD static bool is_obstacle(const LowSeen& seen, bool is_beside_tall) {
     return is_high(seen, is_beside_tall) || (!seen.is_tall && seen.height > HeightMemory::obstacle_height);
   }
-  [[nodiscard]] STEREOGRID_HD static LowCell cell(int ix, int iy, const LowSeen& seen, bool is_beside_tall,
-                                                  float noise) {
-    return {static_cast<std::uint16_t>(ix),        static_cast<std::uint16_t>(iy), seen.height,  noise,
-            static_cast<std::uint8_t>(seen.count), is_high(seen, is_beside_tall),  seen.is_tall, is_beside_tall};
+  /// `raised`: see is_small().
+  [[nodiscard]] STEREOGRID_HD LowCell cell(int ix, int iy, const LowSeen& seen, bool is_beside_tall, int raised,
+                                           float noise) const {
+    const bool is_less{is_obstacle(seen, is_beside_tall) && is_small(places.x_of(ix, iy), raised)};
+    return {static_cast<std::uint16_t>(ix),
+            static_cast<std::uint16_t>(iy),
+            seen.height,
+            noise,
+            static_cast<std::uint8_t>(is_less ? 0 : seen.count),
+            !is_less && is_high(seen, is_beside_tall),
+            seen.is_tall,
+            is_beside_tall};
   }
   /// Height that the matcher leaves of a step, where a row of the image is row_m high.
   [[nodiscard]] STEREOGRID_HD float matched_step_m(float row_m) const {

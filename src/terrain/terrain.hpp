@@ -111,7 +111,7 @@ class Terrain {
   [[nodiscard]] const TerrainCamera& camera() const { return camera_; }
   /// Range up to which low obstacles and edges are found.
   [[nodiscard]] float checked_m() const { return checked_rings_ > 0 ? rings_.end_m(checked_rings_ - 1) : 0; }
-  /// Noise of the disparities, by place: Rings::places_per_px a pixel; of ranges up to checked_m().
+  /// Noise of the disparities, by place: Rings::places_per_px a pixel.
   [[nodiscard]] std::span<const float> noise_px() const { return noise_px_; }
   [[nodiscard]] Relief<Host> relief() const { return relief_.view(); }
   [[nodiscard]] std::size_t memory_bytes() const;

@@ -299,6 +299,17 @@ TEST(Terrain, WrongMatchesAreSmallerThanStones) {
   }
 }
 
+// The matcher leaves only the middle of a stone as high as an obstacle of a frame.
+TEST(Terrain, SidesOfAStoneCountForItsSize) {
+  for (const float sides_m : {0.0f, 0.1f}) {
+    const FrameOf frame{[=](float x, float y) {
+      if (x < 4 || x > 4.3f || std::abs(y) > 0.3f) return 0.0f;
+      return std::abs(y) < 0.08f ? 0.14f : sides_m;
+    }};
+    EXPECT_EQ(frame.rule_at(4.1) == CellRule::obstacle, sides_m > 0) << sides_m;
+  }
+}
+
 TEST(Terrain, ALowObstacleThatIsGoneIsDropped) {
   const auto stone = [](float x, float y) { return x > 4 && x < 4.3f && std::abs(y) < 0.15f ? 0.2f : 0.0f; };
   const Image<float> seen{disparity_of(car().rig, stone)};
@@ -352,6 +363,18 @@ TEST(Witness, EndsWhereAnEdgeIsSeen) {
   EXPECT_FALSE(frame.witness_at(5).allows_free());
   frame.see(Image<float>{frame.vehicle.rig.width_px, frame.vehicle.rig.height_px});
   EXPECT_GE(frame.filtered_at(5), 0.5f) << "not remembered";
+}
+
+// Too low for an obstacle of a frame; the second one is higher than what the matcher leaves of a step.
+TEST(Witness, GroundThatMayBeAnObstacleIsNotRemembered) {
+  for (const float height_m : {0.05f, 0.11f}) {
+    FrameOf frame{[=](float x, float y) { return x > 4 && x < 4.3f && std::abs(y) < 0.15f ? height_m : 0.0f; }};
+    ASSERT_EQ(frame.rule_at(4.1), CellRule::as_observed);
+    frame.filtered_at(4.1);
+    frame.see(Image<float>{frame.vehicle.rig.width_px, frame.vehicle.rig.height_px});
+    EXPECT_EQ(frame.filtered_at(4.1), height_m == 0.05f ? 0 : 0.5f);
+    EXPECT_EQ(frame.filtered_at(5.5), 0) << "level ground";
+  }
 }
 
 // A stone that only the pixels show, in the vehicle's grid.
