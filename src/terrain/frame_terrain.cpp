@@ -233,7 +233,7 @@ void FrameTerrain::see_ground(std::span<const FrameTerrain* const> seen) {
     });
   }
   for (const FrameTerrain* const one : seen) {
-    one->low_obstacles_.for_possible([&](int x, int y) {
+    one->low_obstacles_.for_high([&](int x, int y) {
       if (!witness_.is_edge(x, y)) witness_.drop(y, x, x + 1);
     });
   }

@@ -43,7 +43,9 @@ class FrameTerrain {
   /// Sets the noise of the frame's samples, see Stages::begin_walk().
   void set_noise(const float* sigma_px) { terrain_.set_noise(sigma_px); }
   /// After set_noise(): what the search for low obstacles needs.
-  const LowModel& begin_low_obstacles() { return low_obstacles_.begin(terrain_.camera(), place_.window_in_camera); }
+  const LowModel& begin_low_obstacles() {
+    return low_obstacles_.begin(terrain_.camera(), place_.window_in_camera, terrain_.checked_m());
+  }
   [[nodiscard]] std::span<const float> noise_px() const { return terrain_.noise_px(); }
   /// Sets the ground of the frame's walk, valid until the next begin(), and its edges.
   void set_walked(const WalkedGround<Host>& walked) {

@@ -46,12 +46,21 @@ class HeightMemory {
   }
   /// Clears the mean.
   void clear(int ix, int iy) { cells_(ix, iy) = {0, 0, cells_(ix, iy).tall}; }
-  /// Adds whether a frame has seen something tall. `is_occupied`: rays show it, so that it is no bar.
-  void add_tall(int ix, int iy, bool is_tall, bool is_occupied) {
-    std::uint32_t& tall{cells_(ix, iy).tall};
-    tall = is_occupied ? 0 : (tall << 1 | (is_tall ? 1U : 0U)) & bar_frames;
+  /// Lets a frame pass for bars in view: is_in_view(ix, iy).
+  template <class IsInView>
+  void pass_bars(const IsInView& is_in_view) {
+    for (int iy{0}; iy < cells_.height(); ++iy) {
+      for (int ix{0}; ix < cells_.width(); ++ix) {
+        std::uint32_t& tall{cells_(ix, iy).tall};
+        if (tall != 0 && is_in_view(ix, iy)) tall = tall << 1 & bar_frames;
+      }
+    }
   }
+  /// After pass_bars(): the frame has seen something tall.
+  void add_tall(int ix, int iy) { cells_(ix, iy).tall |= 1; }
   [[nodiscard]] bool has_tall(int ix, int iy) const { return cells_(ix, iy).tall != 0; }
+  /// No bar: rays show something.
+  void clear_tall(int ix, int iy) { cells_(ix, iy).tall = 0; }
   void reset() { cells_.fill({}); }
   /// Moves with the window.
   void move(Scroll scroll) { scroll_cells(scroll, cells_, moved_); }
@@ -88,7 +97,7 @@ class HeightMemory {
   static constexpr float prior_weight{0.1f};     ///< weight of level ground before any frame
   static constexpr float height_sigma{0.24f};    ///< noise of a height with weight 1
 
-  static constexpr std::uint32_t bar_frames{0xff};  ///< the last eight frames that see the cell
+  static constexpr std::uint32_t bar_frames{0xff};  ///< the last eight frames with the cell in view
   static constexpr int bar_sightings{3};            ///< as many of them show a bar; two are often wrong matches
 
   struct Cell {

@@ -30,6 +30,7 @@ LowModel::LowModel(const Rig& level_rig, const TerrainLimits& of_terrain, double
     : limits{of_terrain},
       cell_m{static_cast<float>(cell_size_m)},
       cx_px{static_cast<float>(level_rig.cx_px)},
+      columns{level_rig.width_px},
       rows{level_rig.height_px},
       last_place{static_cast<float>(Rings::last_place(disparities))},
       cells{window_cells},
@@ -41,10 +42,13 @@ LowModel::LowModel(const Rig& level_rig, const TerrainLimits& of_terrain, double
       places{{}, {}, 1} {}
 
 // Behind the range at which two rows are a cell apart, cells have gaps.
-void LowModel::begin(const TerrainCamera& of_frame, const GridInVehicle& window) {
+void LowModel::begin(const TerrainCamera& of_frame, const GridInVehicle& window, float checked_m) {
   camera = of_frame;
   places = CellPlaces{window, {0, 0}, 1};
-  end_m = std::max(std::sqrt(cell_m * camera.height_m / camera.tangent_per_v), cell_m);
+  const float sampled_m{std::sqrt(cell_m * camera.height_m / camera.tangent_per_v)};
+  end_m = std::max(std::min(checked_m, sampled_m), cell_m);
+  const float lowest{camera.tangent(cx_px, static_cast<float>(rows - 1))};
+  near_m = lowest > 0 ? camera.height_m / lowest : 0;
   least_px = camera.focal_baseline_pxm / end_m;
   most_px = camera.focal_baseline_pxm / cell_m;
   const GridGeometry& grid{window.grid};
@@ -254,13 +258,13 @@ float LowObstacleFinder::depth_around(int ix, int iy) const {
   return depth_m;
 }
 
-int LowObstacleFinder::raised_around(int ix, int iy) const {
+bool LowObstacleFinder::is_small(int ix, int iy) const {
   int raised{0};
   for (int y{std::max(iy - 1, rows_.begin)}; y <= std::min(iy + 1, rows_.end - 1); ++y) {
     for (int x{std::max(ix - 1, columns_.begin)}; x <= std::min(ix + 1, columns_.end - 1); ++x)
       raised += seen_(x, y).raised;
   }
-  return raised;
+  return model_->is_small(model_->places.x_of(ix, iy), raised);
 }
 
 void LowObstacleFinder::mark_beside_tall(int ix, int iy) {
@@ -278,21 +282,25 @@ void LowObstacleFinder::check() {
   found_.clear();
   for_cells([this](int ix, int iy) {
     const LowSeen& seen{seen_(ix, iy)};
-    if (seen.count == 0) return;
-    const int raised{LowModel::is_obstacle(seen, seen.is_beside_tall) ? raised_around(ix, iy) : 0};
-    found_.push_back(model_->cell(ix, iy, seen, seen.is_beside_tall, raised, noise_m_(ix, iy)));
+    if (seen.count == 0 || (LowModel::is_obstacle(seen, seen.is_beside_tall) && is_small(ix, iy))) return;
+    found_.push_back(LowModel::cell(ix, iy, seen, seen.is_beside_tall, noise_m_(ix, iy)));
   });
 }
 
 // Rays and the filter decide about tall things that they see: these may move, and the matcher smears them.
 void LowObstacles::remember(const LowObstacles& of, const Image<float>& occupancy) {
+  const auto is_in_view = [&model = of.model_](int ix, int iy) { return model.is_in_view(ix, iy); };
+  memory_.pass_bars(is_in_view);
   for (const LowCell& cell : of.seen_) {
     if (cell.is_beside_tall)
       memory_.clear(cell.ix, cell.iy);
     else
       memory_.add(cell.ix, cell.iy, cell.height, model_.limits.step_m / 8 / cell.noise_m, cell.count);
-    if (cell.is_tall || memory_.has_tall(cell.ix, cell.iy))
-      memory_.add_tall(cell.ix, cell.iy, cell.is_tall, is_near_occupied(occupancy, cell.ix, cell.iy));
+    if (!cell.is_tall && !memory_.has_tall(cell.ix, cell.iy)) continue;
+    if (is_near_occupied(occupancy, cell.ix, cell.iy))
+      memory_.clear_tall(cell.ix, cell.iy);
+    else if (cell.is_tall && is_in_view(cell.ix, cell.iy))
+      memory_.add_tall(cell.ix, cell.iy);
   }
 }
 

@@ -216,7 +216,8 @@ __global__ void write_cells(const LowFrameOnDevice* frame, LowCellsOnDevice cell
   for_around(box, model.tall_reach, ix, iy, cells.seen, [&](const LowSeen& one) { is_beside_tall |= one.is_tall; });
   int raised{0};
   for_around(box, 1, ix, iy, cells.seen, [&](const LowSeen& one) { raised += one.raised; });
-  written[atomicAdd(found, 1)] = model.cell(ix, iy, seen, is_beside_tall, raised, cells.levels[cell].noise_m);
+  if (LowModel::is_obstacle(seen, is_beside_tall) && model.is_small(model.places.x_of(ix, iy), raised)) return;
+  written[atomicAdd(found, 1)] = LowModel::cell(ix, iy, seen, is_beside_tall, cells.levels[cell].noise_m);
 }
 
 std::size_t square(int side) {

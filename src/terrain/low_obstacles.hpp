@@ -90,7 +90,7 @@ class LowObstacleFinder {
   void compare(int iy);
   /// Depth of the lowest level below its plane in the window of a cell's plane, m.
   [[nodiscard]] float depth_around(int ix, int iy) const;
-  [[nodiscard]] int raised_around(int ix, int iy) const;
+  [[nodiscard]] bool is_small(int ix, int iy) const;
   void mark_beside_tall(int ix, int iy);
   void check();
 
@@ -119,8 +119,8 @@ class LowObstacles {
   explicit LowObstacles(const LowModel& model) : model_{model}, memory_{model.cells} {}
 
   /// Geometry of a frame, for LowObstacleFinder.
-  const LowModel& begin(const TerrainCamera& camera, const GridInVehicle& window) {
-    model_.begin(camera, window);
+  const LowModel& begin(const TerrainCamera& camera, const GridInVehicle& window, float checked_m) {
+    model_.begin(camera, window, checked_m);
     return model_;
   }
   /// Sets the cells of the frame; empty: without images. They must stay valid until the next frame.
@@ -136,14 +136,6 @@ class LowObstacles {
   template <class Work>
   void for_seen(const Work& work) const {
     for (const LowCell& cell : seen_) work(static_cast<int>(cell.ix), static_cast<int>(cell.iy));
-  }
-  /// Calls work(ix, iy) for the cells in which there may be something higher: not witnesses of ground.
-  template <class Work>
-  void for_possible(const Work& work) const {
-    for (const LowCell& cell : seen_) {
-      if (cell.is_high || cell.height > HeightMemory::obstacle_height)
-        work(static_cast<int>(cell.ix), static_cast<int>(cell.iy));
-    }
   }
   /// Moves the memory with the window.
   void move(Scroll scroll) { memory_.move(scroll); }

@@ -79,7 +79,7 @@ struct LowCell {
   std::uint16_t iy;
   float height;        ///< see LowSeen
   float noise_m;       ///< standard deviation of a sample's height
-  std::uint8_t count;  ///< see LowSeen; 0: less than an obstacle, but higher
+  std::uint8_t count;  ///< see LowSeen
   bool is_high;        ///< something is higher than the ground around
   bool is_tall;        ///< see LowSeen
   bool is_beside_tall;
@@ -141,8 +141,8 @@ struct LowModel {
   LowModel(const Rig& level_rig, const TerrainLimits& of_terrain, double cell_size_m, int window_cells, int window_px,
            int disparities);
 
-  /// Sets the frame.
-  void begin(const TerrainCamera& of_frame, const GridInVehicle& window);
+  /// Sets the frame. `checked_m`: range up to which its noise allows to find them.
+  void begin(const TerrainCamera& of_frame, const GridInVehicle& window, float checked_m);
 
   [[nodiscard]] STEREOGRID_HD Row row(int v) const {
     const float ahead{camera.tangent(cx_px, static_cast<float>(v))};
@@ -254,18 +254,16 @@ struct LowModel {
   [[nodiscard]] STEREOGRID_HD static bool is_obstacle(const LowSeen& seen, bool is_beside_tall) {
     return is_high(seen, is_beside_tall) || (!seen.is_tall && seen.height > HeightMemory::obstacle_height);
   }
-  /// `raised`: see is_small().
-  [[nodiscard]] STEREOGRID_HD LowCell cell(int ix, int iy, const LowSeen& seen, bool is_beside_tall, int raised,
-                                           float noise) const {
-    const bool is_less{is_obstacle(seen, is_beside_tall) && is_small(places.x_of(ix, iy), raised)};
-    return {static_cast<std::uint16_t>(ix),
-            static_cast<std::uint16_t>(iy),
-            seen.height,
-            noise,
-            static_cast<std::uint8_t>(is_less ? 0 : seen.count),
-            !is_less && is_high(seen, is_beside_tall),
-            seen.is_tall,
-            is_beside_tall};
+  [[nodiscard]] STEREOGRID_HD static LowCell cell(int ix, int iy, const LowSeen& seen, bool is_beside_tall,
+                                                  float noise) {
+    return {static_cast<std::uint16_t>(ix),        static_cast<std::uint16_t>(iy), seen.height,  noise,
+            static_cast<std::uint8_t>(seen.count), is_high(seen, is_beside_tall),  seen.is_tall, is_beside_tall};
+  }
+  /// True: the camera sees ground in the cell if nothing is before it.
+  [[nodiscard]] bool is_in_view(int ix, int iy) const {
+    const float x{places.x_of(ix, iy)};
+    const float u{cx_px - camera.focal_px * places.y_of(ix, iy) / x};
+    return x >= near_m && x < end_m && u >= 0 && u < static_cast<float>(columns);
   }
   /// Height that the matcher leaves of a step, where a row of the image is row_m high.
   [[nodiscard]] STEREOGRID_HD float matched_step_m(float row_m) const {
@@ -285,6 +283,7 @@ struct LowModel {
   TerrainLimits limits;
   float cell_m;
   float cx_px;
+  int columns;       ///< width of the image
   int rows;          ///< height of the image
   float last_place;  ///< the last one in a table of noise
   int cells;         ///< side of the window
@@ -298,6 +297,7 @@ struct LowModel {
   CellPlaces places;
   int first_row{0};  ///< the first one with ground, or with the lowest part of tall things on it
   float end_m{0};    ///< range of samples
+  float near_m{0};   ///< nearest ground in view
   float least_px{0};
   float most_px{0};  ///< cells whose middle is behind the camera have no samples
   float origin_east{0};

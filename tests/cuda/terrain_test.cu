@@ -102,7 +102,8 @@ TEST(low_obstacles_are_those_of_the_cpu) {
                               window_cells, window_cells};
       const double yaw_rad{round % 4 == 0 ? random.between(-3.1, 3.1) : random.between(-0.3, 0.3)};
       const Pose2 pose{random.between(-1, 1), random.between(-1, 1), yaw_rad};
-      model.begin(TerrainCamera{rig, ground}, grid_in_vehicle(grid, pose));
+      model.begin(TerrainCamera{rig, ground}, grid_in_vehicle(grid, pose),
+                  round == 1 ? 0.0f : static_cast<float>(random.between(1, 30)));
       std::vector<float> noise_px(static_cast<std::size_t>(Rings::last_place(disparities)) + 1);
       for (float& one : noise_px) one = static_cast<float>(random.between(0.05, 0.3));
       const std::span<const LowCell> expected{finder.find(view.obstacle.view(), view.road.view(), model, noise_px,

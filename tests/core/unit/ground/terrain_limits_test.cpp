@@ -55,9 +55,13 @@ TEST(Terrain, DeviationGrowsWithTheNoiseOfTheFrame) {
 
 TEST(HeightMemory, ABarIsSeenInThreeOfEightFrames) {
   HeightMemory memory{3};
-  const auto bars_after = [&](std::initializer_list<bool> frames, bool is_occupied) {
+  bool is_in_view{true};
+  const auto bars_after = [&](std::initializer_list<bool> frames) {
     int bars{0};
-    for (const bool is_tall : frames) memory.add_tall(1, 2, is_tall, is_occupied);
+    for (const bool is_tall : frames) {
+      memory.pass_bars([&](int, int) { return is_in_view; });
+      if (is_tall) memory.add_tall(1, 2);
+    }
     memory.for_obstacles([&](int ix, int iy, const HeightMemory::Mean& mean) {
       ++bars;
       EXPECT_EQ(ix, 1);
@@ -66,15 +70,18 @@ TEST(HeightMemory, ABarIsSeenInThreeOfEightFrames) {
     });
     return bars;
   };
-  EXPECT_EQ(bars_after({true, false, false, true, false, false, false}, false), 0);
-  EXPECT_EQ(bars_after({true}, false), 1);
+  EXPECT_EQ(bars_after({true, false, false, true, false, false, false}), 0);
+  EXPECT_EQ(bars_after({true}), 1);
   memory.add(1, 2, 0, 1, HeightMemory::samples_enough);  // ground below it
   memory.clear(1, 2);                                    // beside something tall
-  EXPECT_EQ(bars_after({}, false), 1);
-  EXPECT_EQ(bars_after({false}, false), 0) << "the first one was nine frames ago";
-  EXPECT_EQ(bars_after({true}, false), 1);
-  EXPECT_EQ(bars_after({true}, true), 0) << "rays see it";
-  EXPECT_EQ(bars_after({true, true}, false), 0);
+  EXPECT_EQ(bars_after({}), 1);
+  is_in_view = false;
+  EXPECT_EQ(bars_after({false, false, false}), 1);
+  is_in_view = true;
+  EXPECT_EQ(bars_after({false}), 0) << "the first one was nine frames ago";
+  EXPECT_EQ(bars_after({true}), 1);
+  memory.clear_tall(1, 2);
+  EXPECT_EQ(bars_after({true, true}), 0) << "rays saw it";
 }
 
 // Three standard deviations of the elevation are a step at 14 m.
@@ -363,18 +370,6 @@ TEST(Witness, EndsWhereAnEdgeIsSeen) {
   EXPECT_FALSE(frame.witness_at(5).allows_free());
   frame.see(Image<float>{frame.vehicle.rig.width_px, frame.vehicle.rig.height_px});
   EXPECT_GE(frame.filtered_at(5), 0.5f) << "not remembered";
-}
-
-// Too low for an obstacle of a frame; the second one is higher than what the matcher leaves of a step.
-TEST(Witness, GroundThatMayBeAnObstacleIsNotRemembered) {
-  for (const float height_m : {0.05f, 0.11f}) {
-    FrameOf frame{[=](float x, float y) { return x > 4 && x < 4.3f && std::abs(y) < 0.15f ? height_m : 0.0f; }};
-    ASSERT_EQ(frame.rule_at(4.1), CellRule::as_observed);
-    frame.filtered_at(4.1);
-    frame.see(Image<float>{frame.vehicle.rig.width_px, frame.vehicle.rig.height_px});
-    EXPECT_EQ(frame.filtered_at(4.1), height_m == 0.05f ? 0 : 0.5f);
-    EXPECT_EQ(frame.filtered_at(5.5), 0) << "level ground";
-  }
 }
 
 // A stone that only the pixels show, in the vehicle's grid.
