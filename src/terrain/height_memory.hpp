@@ -49,11 +49,11 @@ class HeightMemory {
   /// Lets a frame pass for bars in view: is_in_view(ix, iy).
   template <class IsInView>
   void pass_bars(const IsInView& is_in_view) {
+    const int width{cells_.width()};
     for (int iy{0}; iy < cells_.height(); ++iy) {
-      for (int ix{0}; ix < cells_.width(); ++ix) {
-        std::uint32_t& tall{cells_(ix, iy).tall};
-        if (tall != 0 && is_in_view(ix, iy)) tall = tall << 1 & bar_frames;
-      }
+      Cell* const row{cells_.row(iy)};
+      for (int ix{0}; ix < width; ++ix)
+        if (row[ix].tall != 0 && is_in_view(ix, iy)) row[ix].tall = row[ix].tall << 1 & bar_frames;
     }
   }
   /// After pass_bars(): the frame has seen something tall.
