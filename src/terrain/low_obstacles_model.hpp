@@ -68,7 +68,7 @@ struct LowSeen {
   int count;   ///< samples, up to HeightMemory::samples_enough; 0: none, or wrong ones
   int raised;  ///< samples of what may be an obstacle
   bool is_high;
-  bool is_tall;         ///< rays show it
+  bool is_tall;         ///< it has samples at the height of what rays show
   bool is_beside_tall;  ///< it or a neighbour is; on the CPU
   float height;         ///< upper decile over the plane, in units of what the matcher leaves of a step
 };
