@@ -41,7 +41,7 @@ if [ "${1:-}" = "--ci" ]; then
     nodejs                 # the report's script
     chromium               # the viewer's page
     abigail-tools          # the shared core's interface
-    cyclonedds-tools libfastrtps-dev  # peers of ROS 2 in tests
+    cyclonedds-tools       # peers of ROS 2 in tests
     ament-cmake ament-cmake-copyright ament-cmake-cpplint ament-cmake-flake8 ament-cmake-lint-cmake ament-cmake-pep257 ament-cmake-xmllint  # ros2/
     snakemake              # fleets of drives
     python3-pip            # scripts/install-cuda.sh
