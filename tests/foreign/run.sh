@@ -22,10 +22,6 @@ fi
 script=${2//\//_} program=$3
 arguments=("$program")
 case $2 in
-  messages/*)
-    "$program" samples.json
-    arguments=(samples.json)
-    ;;
   server/*)
     coproc server { exec "$program"; }
     # shellcheck disable=SC2154 # coproc sets it
