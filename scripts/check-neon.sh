@@ -4,7 +4,6 @@
 # Cross-compiles the core and its tests for 64-bit ARM (NEON) with warnings as errors, without oneTBB, and runs
 # the tests in an emulator where there is one. Needs g++-aarch64-linux-gnu; qemu-user to run.
 # Arguments go to the tests: scripts/check-neon.sh --gtest_filter='Matching*'. CXX names another compiler.
-# --instructions counts those of a frame's stages instead and prints them beside AVX2's (bench/instructions.py).
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -28,35 +27,22 @@ googletest=/usr/src/googletest/googletest
 googlemock=/usr/src/googletest/googlemock
 cmake -D VERSION=neon -D ROOT="$PWD" -D OUTPUT="$out/build_id.cpp" -P cmake/build_id.cmake
 
-# build PROGRAM OPTIMISATION WARNINGS INCLUDES SOURCE...: definitions as in src/CMakeLists.txt
-build() {
-  cat >"$out/flags" <<FLAGS
--std=c++20 $2 -ffp-contract=off $3
+mapfile -t sources < <(find src tests/core/unit tests/core/equality -name '*.cpp')
+# definitions as in src/CMakeLists.txt, warnings as in cmake/compiler.cmake
+cat >"$out/flags" <<FLAGS
+-std=c++20 -O2 -ffp-contract=off
+-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Wno-restrict -Werror
 -DHWY_DISABLED_TARGETS=(HWY_SVE|HWY_SVE2|HWY_SVE_256|HWY_SVE2_128)
 -DSTEREOGRID_LIBRARY_FOLDER=\\"lib\\"
--Iinclude -Isrc $4 -isystem build/neon/include
+-Iinclude -Isrc -Itests/core -isystem $googletest -isystem $googlemock -isystem build/neon/include
 FLAGS
-  rm -f "$out"/objects/*
-  for source in "${@:5}" tests/neon/highway.cpp "$out/build_id.cpp"; do
-    object=$(tr / _ <<<"${source#/}").o
-    echo "$(command -v ccache || true) $compiler @$out/flags -c $source -o $out/objects/$object"
-  done | tr '\n' '\0' | xargs -0 -n 1 -P "$(nproc)" sh -c '$0'
-  "$compiler" -static "$out"/objects/*.o -o "$out/$1"
-}
-
-if [ "${1:-}" = --instructions ]; then
-  mapfile -t sources < <(find src scenes -name '*.cpp')
-  build bench_instructions -O3 "" "-Iscenes -Iscenes/include" "${sources[@]}" bench/instructions.cpp
-  ${CC:-cc} -O2 -Wall -Wextra -Werror -shared -fPIC tests/neon/count_stages.c -o "$out/count_stages.so"
-  exec bench/instructions.py "$out/bench_instructions" --neon "$out/count_stages.so"
-fi
-
-mapfile -t sources < <(find src tests/core/unit tests/core/equality -name '*.cpp')
-# warnings as in cmake/compiler.cmake
-build stereogrid_core_tests -O2 \
-  "-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Wno-restrict -Werror" \
-  "-Itests/core -isystem $googletest -isystem $googlemock" "${sources[@]}" tests/core/support.cpp \
-  "$googletest/src/gtest-all.cc" "$googlemock/src/gmock-all.cc" "$googlemock/src/gmock_main.cc"
+rm -f "$out"/objects/*
+for source in "${sources[@]}" tests/core/support.cpp "$googletest/src/gtest-all.cc" "$googlemock/src/gmock-all.cc" \
+  "$googlemock/src/gmock_main.cc" tests/neon/highway.cpp "$out/build_id.cpp"; do
+  object=$(tr / _ <<<"${source#/}").o
+  echo "$(command -v ccache || true) $compiler @$out/flags -c $source -o $out/objects/$object"
+done | tr '\n' '\0' | xargs -0 -n 1 -P "$(nproc)" sh -c '$0'
+"$compiler" -static "$out"/objects/*.o -o "$out/stereogrid_core_tests"
 echo "The core and its tests compile for ARM: $out/stereogrid_core_tests"
 
 if [ "$(uname -m)" = aarch64 ]; then
