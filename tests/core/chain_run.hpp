@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <map>
+#include <mutex>
+
 #include "stereogrid/scenes/scene.hpp"
 #include "support.hpp"
 
@@ -14,8 +17,27 @@ inline Config small_grid() {
   return config;
 }
 
+/// A built-in scene. Each frame is rendered once for all tests of a program.
+class Scene : public scenes::Scene {
+ public:
+  explicit Scene(std::string text) : scenes::Scene{scenes::parse_scene(text), 2}, text_{std::move(text)} {}
+
+  using scenes::Scene::load;
+  StereoFrame load(std::size_t index) const override {
+    static std::mutex mutex;
+    static std::map<std::pair<std::string, std::size_t>, StereoFrame> rendered;
+    const std::lock_guard lock{mutex};
+    const auto [frame, is_new] = rendered.try_emplace({text_, index});
+    if (is_new) frame->second = scenes::Scene::load(index);
+    return frame->second;
+  }
+
+ private:
+  std::string text_;
+};
+
 /// A frame with the exact disparities in place of the right image.
-inline StereoFrame given_frame(const scenes::Scene& scene, std::size_t index) {
+inline StereoFrame given_frame(const Scene& scene, std::size_t index) {
   StereoFrame frame{scene.load(index)};
   frame.right = {};
   frame.disparity = scene.truth(index).disparity;
@@ -36,12 +58,11 @@ inline float highest_near(const Image<float>& cells, const GridGeometry& grid, P
 struct Drive {
   explicit Drive(const char* scene_text, const Config& config = preset("default"), int threads = 2,
                  BackEnd back_end = BackEnd::cpu)
-      : scene{scenes::parse_scene(scene_text), 2},
-        pipeline{config, scene.rig(), {.back_end = back_end, .threads = threads}} {}
+      : scene{scene_text}, pipeline{config, scene.rig(), {.back_end = back_end, .threads = threads}} {}
 
   const FrameResult& step(std::size_t index) { return pipeline.process(scene.load(index)); }
 
-  scenes::Scene scene;
+  Scene scene;
   Pipeline pipeline;
 };
 

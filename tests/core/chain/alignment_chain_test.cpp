@@ -6,10 +6,8 @@
 #include "images/row_alignment/row_alignment.hpp"
 #include "support.hpp"
 
-namespace stereogrid {
+namespace stereogrid::test {
 namespace {
-
-using scenes::Scene;
 
 constexpr RowTerms none{};
 /// As found in KITTI's drives.
@@ -50,7 +48,7 @@ double wrong_on_the_road(const Scene& scene, const RowTerms& terms, bool align) 
 
 TEST(AlignmentChain, ATurnedCameraIsPutRight) {
   for (const char* text : {"street?width=1242&height=375&frames=1", "street?width=1242&height=375&frames=3"}) {
-    const Scene scene{scenes::parse_scene(text), 2};
+    const Scene scene{text};
     const double fine{wrong_on_the_road(scene, none, false)};
     const double off{wrong_on_the_road(scene, like_kitti, false)};
     const double aligned{wrong_on_the_road(scene, like_kitti, true)};
@@ -60,7 +58,7 @@ TEST(AlignmentChain, ATurnedCameraIsPutRight) {
 }
 
 TEST(AlignmentChain, AlignedCamerasAreLeftAlone) {
-  const Scene scene{scenes::parse_scene("street?frames=3"), 2};
+  const Scene scene{"street?frames=3"};
   Pipeline with{config_with(true), scene.rig(), {.threads = 2}};
   Pipeline without{config_with(false), scene.rig(), {.threads = 2}};
   for (std::size_t i{0}; i < scene.size(); ++i) {
@@ -70,7 +68,7 @@ TEST(AlignmentChain, AlignedCamerasAreLeftAlone) {
 }
 
 TEST(AlignmentChain, ReferenceAgrees) {
-  const Scene scene{scenes::parse_scene("crossing?width=240&height=150&frames=2"), 2};
+  const Scene scene{"crossing?width=240&height=150&frames=2"};
   const auto config = [](bool align) {
     Config small{config_with(align)};
     small.matching.window_px = 7;
@@ -91,19 +89,13 @@ TEST(AlignmentChain, ReferenceAgrees) {
 }
 
 TEST(AlignmentChain, GivenDisparitiesNeedNone) {
-  const Scene scene{scenes::parse_scene("street?frames=1"), 2};
+  const Scene scene{"street?frames=1"};
   StereoFrame frame{scene.load(0)};
   frame.right = {};
   frame.disparity = scene.truth(0).disparity;
   Pipeline pipeline{config_with(true), scene.rig(), {.threads = 1}};
   EXPECT_GT(pipeline.process(frame).road_density, 0.1);
 }
-
-}  // namespace
-}  // namespace stereogrid
-
-namespace stereogrid::test {
-namespace {
 
 using Grey = Image<std::uint8_t>;
 
@@ -133,7 +125,7 @@ void expect_known(const FrameResult& result, const std::string& brighter) {
 }
 
 TEST(ExposureChain, EitherImageMayBeBrighter) {
-  const Scene scene{scenes::parse_scene(street), 2};
+  const Scene scene{street};
   for (const double gain : {0.3, 0.5, 1.6, 2.0, 2.4}) {
     SCOPED_TRACE(gain);
     StereoFrame left{scene.load(0)};
@@ -148,7 +140,7 @@ TEST(ExposureChain, EitherImageMayBeBrighter) {
 }
 
 TEST(ExposureChain, GammaAndOffsetAreExposuresToo) {
-  const Scene scene{scenes::parse_scene(street), 2};
+  const Scene scene{street};
   const auto gamma = [](double grey) { return 255 * std::pow(grey / 255, 0.4); };
   const auto brighter = [](double grey) { return grey + 80; };
   Pipeline pipeline{small_grid(), scene.rig(), {.threads = 2}};
@@ -161,7 +153,7 @@ TEST(ExposureChain, GammaAndOffsetAreExposuresToo) {
 }
 
 TEST(ExposureChain, EqualExposuresAreNoMatterForAWarning) {
-  const Scene scene{scenes::parse_scene(street), 2};
+  const Scene scene{street};
   Pipeline pipeline{small_grid(), scene.rig(), {.threads = 2}};
   for (const double gain : {1.0, 0.4, 2.0}) {
     StereoFrame frame{scene.load(0)};
@@ -172,7 +164,7 @@ TEST(ExposureChain, EqualExposuresAreNoMatterForAWarning) {
 }
 
 TEST(ExposureChain, PairsThatDoNotBelongTogetherAreStillFound) {
-  const Scene scene{scenes::parse_scene(street), 3};
+  const Scene scene{street};
   const auto swapped = [](StereoFrame& frame) { std::swap(frame.left, frame.right); };
   const auto late = [&](StereoFrame& frame) { frame.right = scene.load(1).right; };
   const auto rows_off = [](StereoFrame& frame) {
@@ -199,7 +191,7 @@ TEST(ExposureChain, PairsThatDoNotBelongTogetherAreStillFound) {
 
 // Hardly anything is left to match, and the reason is named.
 TEST(ExposureChain, AWhiteImageIsRejectedForItsExposure) {
-  const Scene scene{scenes::parse_scene(street), 2};
+  const Scene scene{street};
   StereoFrame frame{scene.load(0)};
   multiply(frame.right, 30);
   Pipeline pipeline{small_grid(), scene.rig(), {.threads = 2}};

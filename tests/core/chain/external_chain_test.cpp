@@ -7,8 +7,6 @@
 namespace stereogrid::test {
 namespace {
 
-using scenes::Scene;
-
 // Balanced log-loss of the observed grid over the cells that the camera sees.
 class LogLoss {
  public:
@@ -35,7 +33,7 @@ class LogLoss {
 
 TEST(GivenChain, ExactDisparitiesAreAtLeastAsGoodAsMatchedOnes) {
   for (const char* text : {"street?frames=3", "crossing?frames=3", "crossing?frames=3&pitch_deg=4"}) {
-    const Scene scene{scenes::parse_scene(text), 2};
+    const Scene scene{text};
     Pipeline matching{preset("default"), scene.rig(), {.threads = 2}};
     Pipeline given{preset("default"), scene.rig(), {.threads = 2}};
     LogLoss of_matching;
@@ -52,7 +50,7 @@ TEST(GivenChain, ExactDisparitiesAreAtLeastAsGoodAsMatchedOnes) {
 
 TEST(GivenChain, RoadAndObstaclesAreDistinguished) {
   for (const char* text : {"street?frames=3", "street?frames=3&pitch_deg=3"}) {
-    const Scene scene{scenes::parse_scene(text), 2};
+    const Scene scene{text};
     Pipeline pipeline{preset("default"), scene.rig(), {.threads = 2}};
     Pipeline matching{preset("default"), scene.rig(), {.threads = 2}};
     // labels of the truth belong to the pitched image, so only the level camera's are compared
@@ -81,7 +79,7 @@ TEST(GivenChain, RoadAndObstaclesAreDistinguished) {
 }
 
 TEST(GivenChain, APlaneThatIsFarOffIsFoundInTheFirstFrame) {
-  const Scene scene{scenes::parse_scene("street?frames=2"), 2};
+  const Scene scene{"street?frames=2"};
   for (const double off_rad : {0.015, -0.015}) {
     Rig rig{scene.rig()};
     rig.camera_pitch_rad += off_rad;
@@ -121,7 +119,7 @@ TEST(GivenChain, DropsAreFoundAsInMatchedFrames) {
   for (const char* text : {"terrain?kind=edge&at=5&rise=-0.6&frames=2", "terrain?kind=edge&at=6&rise=-2&frames=2",
                            "terrain?kind=stairs&at=5&rise=-0.17&steps=8&frames=2"}) {
     SCOPED_TRACE(text);
-    const Scene scene{scenes::parse_scene(text), 2};
+    const Scene scene{text};
     Pipeline matching{preset("default"), scene.rig(), {.threads = 2}};
     Pipeline given{preset("default"), scene.rig(), {.threads = 2}};
     Pipeline own{preset("default"), scene.rig(), {.threads = 2}};
@@ -152,7 +150,7 @@ TEST(GivenChain, DropsAreFoundAsInMatchedFrames) {
 
 // The pedestrian, the car and the cyclist of a crossing, with the disparities at both ends of tracked features.
 TEST(GivenChain, WhatMovesIsSeenToMove) {
-  const Scene scene{scenes::parse_scene("crossing?frames=12"), 2};
+  const Scene scene{"crossing?frames=12"};
   for (const bool with_right : {false, true}) {
     Pipeline pipeline{preset("default"), scene.rig(), {.threads = 2}};
     std::vector<double> errors_mps;
@@ -179,7 +177,7 @@ TEST(GivenChain, WhatMovesIsSeenToMove) {
 }
 
 TEST(GivenChain, CpuEqualsReference) {
-  const Scene scene{scenes::parse_scene("street?width=123&height=77&frames=3"), 2};
+  const Scene scene{"street?width=123&height=77&frames=3"};
   Config config{preset("default")};
   config.grid.length_m = 8;
   config.filter.speeds_mps = {1.25, 2.5, 3.9};
@@ -196,7 +194,7 @@ TEST(GivenChain, CpuEqualsReference) {
 }
 
 TEST(GivenChain, MatchedAndGivenFramesMayTakeTurns) {
-  const Scene scene{scenes::parse_scene("street?width=160&height=100&frames=3"), 2};
+  const Scene scene{"street?width=160&height=100&frames=3"};
   Pipeline pipeline{preset("default"), scene.rig(), {.threads = 2}};
   pipeline.process(scene.load(0));
   EXPECT_GT(pipeline.process(given_frame(scene, 1)).road_density, 0.3);
@@ -209,7 +207,7 @@ void expect_refused(Pipeline& pipeline, const StereoFrame& frame, const char* wo
 }
 
 TEST(GivenChain, RefusesFramesThatAreNoPair) {
-  const Scene scene{scenes::parse_scene("street?width=160&height=100&frames=2"), 2};
+  const Scene scene{"street?width=160&height=100&frames=2"};
   Pipeline pipeline{preset("default"), scene.rig(), {.threads = 2}};
   StereoFrame frame{given_frame(scene, 0)};
   frame.disparity = {};
@@ -223,7 +221,7 @@ TEST(GivenChain, RefusesFramesThatAreNoPair) {
 }
 
 TEST(GivenChain, WithoutAnyDisparityNothingIsKnown) {
-  const Scene scene{scenes::parse_scene("street?width=160&height=100&frames=1"), 2};
+  const Scene scene{"street?width=160&height=100&frames=1"};
   Pipeline pipeline{preset("default"), scene.rig(), {.threads = 2}};
   StereoFrame frame{given_frame(scene, 0)};
   frame.disparity.fill(0);

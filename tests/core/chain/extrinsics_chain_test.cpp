@@ -12,7 +12,6 @@ namespace {
 
 constexpr int disparities_unmounted{128};  // number without extrinsics
 
-using scenes::Scene;
 using ::testing::HasSubstr;
 
 constexpr const char* pitched_street{"street?width=320&height=200&pitch_deg=8&camera_height=1.0"};
@@ -29,7 +28,7 @@ Rig usual_extrinsics(Rig rig) {
 struct WrongRig {
   explicit WrongRig(const char* scene_text = pitched_bank, BackEnd back_end = BackEnd::cpu,
                     std::function<void(const FrameResult&)> on_grids = {})
-      : scene{scenes::parse_scene(scene_text), 2},
+      : scene{scene_text},
         pipeline{small_grid(),
                  usual_extrinsics(scene.rig()),
                  {.back_end = back_end, .threads = 2, .extrinsics_given = false, .on_grids = std::move(on_grids)}} {}
@@ -93,7 +92,7 @@ StereoFrame frame_of_level_ground(const Rig& rig, int index) {
 }
 
 TEST(ExtrinsicsChain, AnEstimateThatEqualsTheAssumedExtrinsicsIsOne) {
-  const Rig rig{usual_extrinsics(Scene{scenes::parse_scene(pitched_street), 2}.rig())};
+  const Rig rig{usual_extrinsics(Scene{pitched_street}.rig())};
   const PipelineOptions options{.threads = 2, .extrinsics_given = false};
   Pipeline pipeline{small_grid(), rig, options};
   for (int index{0}; index < 3; ++index) {
@@ -227,7 +226,7 @@ TEST(ExtrinsicsChain, IsKeptWhenThePipelineIsReset) {
 }
 
 TEST(ExtrinsicsChain, GivenExtrinsicsStayAndTheDisagreementIsReported) {
-  Scene scene{scenes::parse_scene(pitched_street), 2};
+  Scene scene{pitched_street};
   const Rig given{usual_extrinsics(scene.rig())};
   Pipeline pipeline{small_grid(), given, {.threads = 2}};
   for (std::size_t frame{0}; frame < 6; ++frame) {
@@ -241,7 +240,7 @@ TEST(ExtrinsicsChain, GivenExtrinsicsStayAndTheDisagreementIsReported) {
 }
 
 TEST(ExtrinsicsChain, AnAssumedPitchThatIsNotThereIsFound) {
-  Scene scene{scenes::parse_scene("street?width=320&height=200"), 2};
+  Scene scene{"street?width=320&height=200"};
   Rig rig{scene.rig()};
   rig.camera_pitch_rad = 10 * degree;
   Pipeline pipeline{small_grid(), rig, {.threads = 2, .extrinsics_given = false}};
@@ -251,7 +250,7 @@ TEST(ExtrinsicsChain, AnAssumedPitchThatIsNotThereIsFound) {
 }
 
 TEST(ExtrinsicsChain, AWallAheadMovesNothing) {
-  Scene scene{scenes::parse_scene("wall?width=320&height=200&frames=8"), 2};
+  Scene scene{"wall?width=320&height=200&frames=8"};
   Pipeline pipeline{small_grid(), scene.rig(), {.threads = 2}};
   for (std::size_t frame{0}; frame < 6; ++frame) EXPECT_TRUE(pipeline.process(scene.load(frame)).status.empty());
   EXPECT_EQ(pipeline.next_rig(), scene.rig());

@@ -11,8 +11,6 @@
 namespace stereogrid::test {
 namespace {
 
-using scenes::Scene;
-
 constexpr const char* street{"street?width=400&height=250"};
 
 struct Errors {
@@ -35,7 +33,7 @@ Errors normalised_errors(const Rig& rig, const std::vector<Ground>& grounds) {
 }
 
 TEST(GroundChain, RecoversFromAWrongCalibration) {
-  const Scene scene{scenes::parse_scene(street), 2};
+  const Scene scene{street};
   const std::vector<StereoFrame> frames{frames_of(scene, 7)};
   const std::vector<Ground> right{grounds_of(frames, scene.rig())};
   for (const WrongBy& by : {WrongBy{1, 0, 0}, WrongBy{-1, 0, 0}, WrongBy{2, 0, 0}, WrongBy{-2, 0, 0}, WrongBy{0, 1, 0},
@@ -46,7 +44,7 @@ TEST(GroundChain, RecoversFromAWrongCalibration) {
 }
 
 TEST(GroundChain, FollowsAJumpOfThePitchAndBack) {
-  const Scene scene{scenes::parse_scene(street), 2};
+  const Scene scene{street};
   const std::vector<StereoFrame> frames{frames_of(scene, 9)};
   for (const double pitch_deg : {1.0, -1.0, 2.0}) {
     const std::vector<Ground> grounds{grounds_of(frames, scene.rig(), {3, 6, pitch_deg * degree})};
@@ -59,7 +57,7 @@ TEST(GroundChain, FollowsAJumpOfThePitchAndBack) {
 
 TEST(GroundChain, ErrorsAreAboutAsLargeAsItSays) {
   for (const char* text : {street, "crossing", "empty"}) {
-    const Scene scene{scenes::parse_scene(text), 2};
+    const Scene scene{text};
     const Errors errors{normalised_errors(scene.rig(), grounds_of(frames_of(scene, 8), scene.rig()))};
     for (const double error : {errors.height, errors.pitch, errors.roll}) {
       EXPECT_GT(error, 0.1) << text;
@@ -70,7 +68,7 @@ TEST(GroundChain, ErrorsAreAboutAsLargeAsItSays) {
 
 // A wall on the left, a pavement 12 cm up on the right, and between them little but the van.
 TEST(GroundChain, HoldsBehindAVanThatHidesTheRoad) {
-  const Scene scene{scenes::parse_scene("van"), 2};
+  const Scene scene{"van"};
   const std::vector<Ground> grounds{grounds_of(frames_of(scene, 30), scene.rig())};
   for (const Ground& ground : grounds) {
     EXPECT_NEAR(ground.height_m, scene.rig().camera_height_m, 0.03);
@@ -83,7 +81,7 @@ TEST(GroundChain, HoldsBehindAVanThatHidesTheRoad) {
 }
 
 TEST(GroundChain, AWallOverEverythingIsNoRoad) {
-  const Scene scene{scenes::parse_scene("wall"), 2};
+  const Scene scene{"wall"};
   const std::vector<Ground> grounds{grounds_of(frames_of(scene, 5), scene.rig())};
   for (const Ground& ground : grounds) {
     EXPECT_TRUE(ground.estimated);

@@ -18,7 +18,7 @@ Pose2 pose_of_pedestrian(const FrameTruth& truth) {
 }
 
 struct Person {
-  explicit Person(const scenes::Scene& scene) : rig{scene.rig()}, pose{pose_of_pedestrian(scene.truth(0))} {}
+  explicit Person(const Scene& scene) : rig{scene.rig()}, pose{pose_of_pedestrian(scene.truth(0))} {}
 
   [[nodiscard]] double disparity_px() const { return rig.focal_px * rig.baseline_m / pose.x_m; }
   [[nodiscard]] int bin() const { return static_cast<int>(std::lround(disparity_px())); }

@@ -8,7 +8,6 @@
 namespace stereogrid::test {
 namespace {
 
-using scenes::Scene;
 using Mask = Image<std::uint8_t>;
 
 constexpr const char* street{"street?width=320&height=160&frames=8"};
@@ -30,7 +29,7 @@ bool has_disparity(const FrameResult& result, int u, int v) {
 
 TEST(MaskChain, MaskedPixelsHaveNoDisparity) {
   for (const bool is_given : {false, true}) {
-    const Scene scene{scenes::parse_scene("street?width=160&height=100"), 2};
+    const Scene scene{"street?width=160&height=100"};
     const auto is_masked = [](int u, int v) { return v > 70 || (u > 40 && u < 60); };
     Pipeline cpu{pipeline_of(scene.rig(), mask_of(scene.rig(), is_masked))};
     Pipeline reference{pipeline_of(scene.rig(), mask_of(scene.rig(), is_masked), BackEnd::reference)};
@@ -58,7 +57,7 @@ TEST(MaskChain, OneThatUsesAllPixelsChangesNothing) {
 }
 
 TEST(MaskChain, WhatIsSeenThroughItAloneStaysUnknown) {
-  const Scene scene{scenes::parse_scene("occlusion?width=620&height=188"), 2};
+  const Scene scene{"occlusion?width=620&height=188"};
   const Rig& rig{scene.rig()};
   // a post 1 m wide at the crate's distance of 6 m
   const double half_px{rig.focal_px * 0.5 / 6};
@@ -80,7 +79,7 @@ TEST(MaskChain, WhatIsSeenThroughItAloneStaysUnknown) {
 }
 
 TEST(MaskChain, IsGivenInTheImageOfAPitchedCamera) {
-  const Scene scene{scenes::parse_scene("street?width=320&height=160&pitch_deg=6"), 2};
+  const Scene scene{"street?width=320&height=160&pitch_deg=6"};
   const auto is_masked = [](int u, int v) { return v > 120 && u > 100; };
   Pipeline pipeline{pipeline_of(scene.rig(), mask_of(scene.rig(), is_masked))};
   const FrameResult& result{pipeline.process(scene.load(0))};
@@ -98,7 +97,7 @@ TEST(MaskChain, IsGivenInTheImageOfAPitchedCamera) {
 
 // Without a mask the bonnet is an obstacle right ahead, or the frame is rejected.
 TEST(MaskChain, TakesTheBonnetOut) {
-  const Scene scene{scenes::parse_scene("street?width=400&height=250&frames=6"), 2};
+  const Scene scene{"street?width=400&height=250&frames=6"};
   const Bonnet bonnet{200, 34.3};
   Pipeline plain{small_grid(), scene.rig(), {.threads = 2}};
   Pipeline masked{pipeline_of(scene.rig(), bonnet.mask(400, 250, 10))};
@@ -123,7 +122,7 @@ TEST(MaskChain, TakesTheBonnetOut) {
 
 // Half of the image matches nothing; the rest is enough to know the street.
 TEST(MaskChain, WhatItHidesDoesNotSpeakAgainstTheFrame) {
-  const Scene scene{scenes::parse_scene("street?width=320&height=200"), 2};
+  const Scene scene{"street?width=320&height=200"};
   std::mt19937 generator{7};
   const auto is_masked = [](int u, int v) { return v > 95 && (u < 110 || u > 210); };
   Pipeline plain{small_grid(), scene.rig(), {.threads = 2}};
@@ -140,7 +139,7 @@ TEST(MaskChain, WhatItHidesDoesNotSpeakAgainstTheFrame) {
 }
 
 TEST(MaskChain, HoldsWhenAnotherMountingIsFound) {
-  const Scene scene{scenes::parse_scene("street?width=320&height=200&pitch_deg=8&camera_height=1.0"), 2};
+  const Scene scene{"street?width=320&height=200&pitch_deg=8&camera_height=1.0"};
   Rig rig{scene.rig()};
   rig.camera_height_m = 1.65;
   rig.camera_pitch_rad = 0;
@@ -161,7 +160,7 @@ TEST(MaskChain, HoldsWhenAnotherMountingIsFound) {
 }
 
 TEST(MaskChain, AMaskThatDoesNotFitIsRefused) {
-  const Rig rig{Scene{scenes::parse_scene(street), 1}.rig()};
+  const Rig rig{Scene{street}.rig()};
   const auto error_text = [&](Mask mask) {
     return error_text_of<ConfigError>([&] { pipeline_of(rig, std::move(mask)); });
   };
@@ -172,7 +171,7 @@ TEST(MaskChain, AMaskThatDoesNotFitIsRefused) {
 }
 
 TEST(MaskChain, AStateOfAnotherMaskIsRefused) {
-  const Scene scene{scenes::parse_scene(street), 1};
+  const Scene scene{street};
   Mask mask{320, 160, 1};
   Pipeline first{pipeline_of(scene.rig(), mask)};
   first.process(scene.load(0));

@@ -52,7 +52,7 @@ class SavedState : public testing::TestWithParam<Case> {
     return pipeline.process(frame);
   }
 
-  scenes::Scene scene{scenes::parse_scene("crossing?width=192&height=120&frames=11"), 2};
+  Scene scene{"crossing?width=192&height=120&frames=11"};
   Rig rig{scene.rig()};
 };
 

@@ -11,9 +11,7 @@
 namespace stereogrid::test {
 namespace {
 
-using scenes::Scene;
-
-constexpr const char* four_cameras{"around?cameras=4&width=256&height=160&focal=128&frames=8"};
+constexpr const char* four_cameras{"around?cameras=4&width=256&height=160&focal=128&frames=45"};
 constexpr double wall_m{9};
 
 Config grid_around() {
@@ -31,6 +29,11 @@ StereoFrame without(StereoFrame frame, int camera) {
   return first;
 }
 
+struct SeveralCameras : ::testing::Test {
+  const Scene scene{four_cameras};
+  Pipeline pipeline{grid_around(), scene.rigs(), {.threads = 2}};
+};
+
 void expect_equal(const FrameResult& a, const FrameResult& b) {
   EXPECT_EQ(a.observed, b.observed);
   EXPECT_EQ(a.vehicle.occupancy, b.vehicle.occupancy);
@@ -38,9 +41,7 @@ void expect_equal(const FrameResult& a, const FrameResult& b) {
   EXPECT_EQ(a.obstacles.size(), b.obstacles.size());
 }
 
-TEST(SeveralCameras, FillOneGridAroundTheVehicle) {
-  const Scene scene{scenes::parse_scene(four_cameras), 2};
-  Pipeline pipeline{grid_around(), scene.rigs(), {.threads = 2}};
+TEST_F(SeveralCameras, FillOneGridAroundTheVehicle) {
   for (std::size_t i{0}; i < 4; ++i) pipeline.process(scene.load(i));
   const FrameResult& result{pipeline.process(scene.load(4))};
   EXPECT_TRUE(result.status.empty());
@@ -60,23 +61,22 @@ TEST(SeveralCameras, FillOneGridAroundTheVehicle) {
 }
 
 // Also a camera alone may stand anywhere.
-TEST(SeveralCameras, OneCameraMayLookBehind) {
-  const Scene scene{scenes::parse_scene("around?cameras=2&width=256&height=160&focal=128&frames=3"), 2};
-  Pipeline pipeline{grid_around(), scene.rigs()[1], {.threads = 2}};
+TEST_F(SeveralCameras, OneCameraMayLookBehind) {
+  const Scene two{"around?cameras=2&width=256&height=160&focal=128&frames=3"};
+  Pipeline of_two{grid_around(), two.rigs()[1], {.threads = 2}};
   for (std::size_t i{0}; i < 2; ++i) {
-    StereoFrame frame{without(scene.load(i), 0)};
+    StereoFrame frame{without(two.load(i), 0)};
     frame.camera = 0;
-    const FrameResult& result{pipeline.process(frame)};
+    const FrameResult& result{of_two.process(frame)};
     EXPECT_TRUE(result.cameras.empty());
     EXPECT_GT(highest_near(result.observed, result.vehicle.geometry, {-wall_m, 0}), 0.9);
     EXPECT_EQ(highest_near(result.observed, result.vehicle.geometry, {wall_m, 0}), 0.5f);
   }
 }
 
-TEST(SeveralCameras, ACameraWithoutFrameObservesNothing) {
-  const Scene scene{scenes::parse_scene(four_cameras), 2};
+TEST_F(SeveralCameras, ACameraWithoutFrameObservesNothing) {
   for (const int missing : {0, 2}) {
-    Pipeline pipeline{grid_around(), scene.rigs(), {.threads = 2}};
+    pipeline.reset();
     for (std::size_t i{0}; i < 4; ++i) pipeline.process(scene.load(i));
     const FrameResult& result{pipeline.process(without(scene.load(4), missing))};
     const auto camera = static_cast<std::size_t>(missing);
@@ -93,9 +93,7 @@ TEST(SeveralCameras, ACameraWithoutFrameObservesNothing) {
 }
 
 // The frames of a vehicle that drives 1 m between two cameras' exposures.
-TEST(SeveralCameras, MotionBetweenStampsIsCompensated) {
-  const Scene scene{scenes::parse_scene(four_cameras), 2};
-  Pipeline pipeline{grid_around(), scene.rigs(), {.threads = 2}};
+TEST_F(SeveralCameras, MotionBetweenStampsIsCompensated) {
   StereoFrame frame{scene.load(0)};
   StereoFrame late{scene.load(0, Pose2{1, 0, 0})};
   frame.others[1] = std::move(late.others[1]);  // camera at the back
@@ -106,9 +104,7 @@ TEST(SeveralCameras, MotionBetweenStampsIsCompensated) {
   EXPECT_GT(highest_near(result.observed, result.vehicle.geometry, {0, wall_m - 0.5}), 0.5) << "at the side";
 }
 
-TEST(SeveralCameras, OneRejectedCameraLeavesTheOthers) {
-  const Scene scene{scenes::parse_scene(four_cameras), 2};
-  Pipeline pipeline{grid_around(), scene.rigs(), {.threads = 2}};
+TEST_F(SeveralCameras, OneRejectedCameraLeavesTheOthers) {
   StereoFrame frame{scene.load(0)};
   frame.others[0].right.fill(3);
   const FrameResult& result{pipeline.process(frame)};
@@ -121,44 +117,41 @@ TEST(SeveralCameras, OneRejectedCameraLeavesTheOthers) {
 }
 
 // On another number of threads, which cameras share.
-TEST(SeveralCameras, ASavedStateContinues) {
-  const Scene scene{scenes::parse_scene(four_cameras), 2};
-  Pipeline first{grid_around(), scene.rigs(), {.threads = 2}};
-  for (std::size_t i{0}; i < 3; ++i) first.process(scene.load(i));
+TEST_F(SeveralCameras, ASavedStateContinues) {
+  for (std::size_t i{0}; i < 3; ++i) pipeline.process(scene.load(i));
   Pipeline second{grid_around(), scene.rigs(), {.threads = 1}};
-  second.load_state(first.save_state());
-  for (std::size_t i{3}; i < 5; ++i) expect_equal(second.process(scene.load(i)), first.process(scene.load(i)));
+  second.load_state(pipeline.save_state());
+  for (std::size_t i{3}; i < 5; ++i) expect_equal(second.process(scene.load(i)), pipeline.process(scene.load(i)));
   Pipeline fewer{grid_around(), scene.rigs().first(2), {.threads = 2}};
-  EXPECT_THROW(fewer.load_state(first.save_state()), InputError);
+  EXPECT_THROW(fewer.load_state(pipeline.save_state()), InputError);
   second.reset();
   Pipeline fresh{grid_around(), scene.rigs(), {.threads = 2}};
   expect_equal(second.process(scene.load(0)), fresh.process(scene.load(0)));
 }
 
-TEST(SeveralCameras, FramesMustBeOfTheirCameras) {
-  const Scene scene{scenes::parse_scene(four_cameras), 2};
-  Pipeline pipeline{grid_around(), scene.rigs().first(2), {.threads = 2}};
-  EXPECT_THROW(pipeline.process(scene.load(0)), InputError) << "four frames for two cameras";
+TEST_F(SeveralCameras, FramesMustBeOfTheirCameras) {
+  Pipeline two{grid_around(), scene.rigs().first(2), {.threads = 2}};
+  EXPECT_THROW(two.process(scene.load(0)), InputError) << "four frames for two cameras";
   Pipeline one{grid_around(), scene.rig(), {.threads = 2}};
   EXPECT_TRUE(one.process(scene.load(0)).cameras.empty()) << "the others are ignored";
   StereoFrame frame{without(without(scene.load(0), 3), 2)};
   frame.others[0].camera = 2;
-  EXPECT_THROW(pipeline.process(frame), InputError) << "no such camera";
+  EXPECT_THROW(two.process(frame), InputError) << "no such camera";
   frame.others[0].camera = 0;
-  EXPECT_THROW(pipeline.process(frame), InputError) << "two of a camera";
+  EXPECT_THROW(two.process(frame), InputError) << "two of a camera";
   frame.others[0].camera = 1;
-  EXPECT_NO_THROW(pipeline.process(frame));
-  EXPECT_THROW(pipeline.process(frame), InputError) << "the same stamps again";
+  EXPECT_NO_THROW(two.process(frame));
+  EXPECT_THROW(two.process(frame), InputError) << "the same stamps again";
   EXPECT_THROW(Pipeline(grid_around(), std::span<const Rig>{}), ConfigError);
 }
 
-TEST(SeveralCameras, AGridWithoutTheirViewsIsReportedOnce) {
-  const Scene scene{scenes::parse_scene("around?cameras=4&width=256&height=160&focal=256&frames=3"), 2};
+TEST_F(SeveralCameras, AGridWithoutTheirViewsIsReportedOnce) {
+  const Scene narrow{"around?cameras=4&width=256&height=160&focal=256&frames=3"};
   const auto warned_cameras = [&](const Config& config, std::span<const Rig> rigs) {
-    Pipeline pipeline{config, rigs, {.threads = 2}};
+    Pipeline of_narrow{config, rigs, {.threads = 2}};
     std::string cameras;
     for (std::size_t i{0}; i < 2; ++i) {
-      for (const Warning& warning : pipeline.process(scene.load(i)).warnings) {
+      for (const Warning& warning : of_narrow.process(narrow.load(i)).warnings) {
         EXPECT_TRUE(warning.text.find("camera's view lie outside of the grid") != std::string::npos) << warning.text;
         if (warning.text.starts_with("camera")) cameras += warning.text[6];
         EXPECT_EQ(i, 0u);
@@ -166,17 +159,15 @@ TEST(SeveralCameras, AGridWithoutTheirViewsIsReportedOnce) {
     }
     return cameras;
   };
-  EXPECT_EQ(warned_cameras(grid_around(), scene.rigs()), "");
-  EXPECT_EQ(warned_cameras(preset("default"), scene.rigs()), "123") << "half of the views to the sides is behind";
+  EXPECT_EQ(warned_cameras(grid_around(), narrow.rigs()), "");
+  EXPECT_EQ(warned_cameras(preset("default"), narrow.rigs()), "123") << "half of the views to the sides is behind";
   Config behind{preset("default")};
   behind.grid.rear_m = 5;
-  EXPECT_EQ(warned_cameras(behind, scene.rigs()), "");
+  EXPECT_EQ(warned_cameras(behind, narrow.rigs()), "");
 }
 
 // A walker of 1.5 m/s on a circle of 4 m crosses the border of two views, at 45°, in frame 21.
-TEST(SeveralCameras, APersonKeepsItsIdFromViewToView) {
-  const Scene scene{scenes::parse_scene("around?cameras=4&width=256&height=160&focal=128&frames=45"), 2};
-  Pipeline pipeline{grid_around(), scene.rigs(), {.threads = 2}};
+TEST_F(SeveralCameras, APersonKeepsItsIdFromViewToView) {
   std::set<std::int64_t> ids;
   int lost{0};
   for (std::size_t i{0}; i < scene.size(); ++i) {
@@ -199,17 +190,15 @@ bool sees(const Rig& rig, Point2 place) {
 }
 
 // The camera at the back has no frames for 2 s.
-TEST(SeveralCameras, AnUnpluggedCameraLeavesTheOthersCells) {
-  const Scene scene{scenes::parse_scene("around?cameras=4&width=256&height=160&focal=128&frames=28"), 2};
-  Pipeline whole{grid_around(), scene.rigs(), {.threads = 2}};
+TEST_F(SeveralCameras, AnUnpluggedCameraLeavesTheOthersCells) {
   Pipeline part{grid_around(), scene.rigs(), {.threads = 2}};
   constexpr int unplugged{2};
   double change{0};
   int cells{0};
-  for (std::size_t i{0}; i < scene.size(); ++i) {
+  for (std::size_t i{0}; i < 28; ++i) {
     const bool is_unplugged{i >= 4 && i < 24};
     const StereoFrame frame{scene.load(i)};
-    const FrameResult& expected{whole.process(frame)};
+    const FrameResult& expected{pipeline.process(frame)};
     const FrameResult& result{part.process(is_unplugged ? without(frame, unplugged) : frame)};
     const GridGeometry& grid{result.vehicle.geometry};
     for (int iy{0}; iy < grid.ny; ++iy) {
@@ -228,9 +217,7 @@ TEST(SeveralCameras, AnUnpluggedCameraLeavesTheOthersCells) {
 }
 
 // The first frame may have no images: the other cameras' are used.
-TEST(SeveralCameras, TheFirstMayHaveNoImages) {
-  const Scene scene{scenes::parse_scene(four_cameras), 2};
-  Pipeline pipeline{grid_around(), scene.rigs(), {.threads = 2}};
+TEST_F(SeveralCameras, TheFirstMayHaveNoImages) {
   Pipeline same{grid_around(), scene.rigs(), {.threads = 2}};
   StereoFrame frame{scene.load(0)};
   const FrameResult& expected{same.process(without(frame, 0))};
@@ -243,14 +230,13 @@ TEST(SeveralCameras, TheFirstMayHaveNoImages) {
   EXPECT_THROW(pipeline.process(frame), InputError) << "no images at all";
 }
 
-TEST(SeveralCameras, HaveNamesInWarningsAndResults) {
-  const Scene scene{scenes::parse_scene(four_cameras), 2};
+TEST_F(SeveralCameras, HaveNamesInWarningsAndResults) {
   const std::vector<std::string> names{"front", "left", "rear", "right"};
-  Pipeline pipeline{grid_around(), scene.rigs(), {.threads = 2, .camera_names = names}};
+  Pipeline named{grid_around(), scene.rigs(), {.threads = 2, .camera_names = names}};
   StereoFrame frame{scene.load(0)};
   for (StereoFrame& other : frame.others) other.right.fill(3);
-  const FrameResult& result{pipeline.process(frame)};
-  EXPECT_EQ(pipeline.camera_names(), names);
+  const FrameResult& result{named.process(frame)};
+  EXPECT_EQ(named.camera_names(), names);
   std::set<std::string> warned;
   for (const Warning& warning : result.warnings) warned.insert(warning.text.substr(0, warning.text.find(':')));
   EXPECT_EQ(warned, (std::set<std::string>{"left", "rear", "right"}));
@@ -262,14 +248,12 @@ TEST(SeveralCameras, HaveNamesInWarningsAndResults) {
 }
 
 // The lower half of the second camera's image is the vehicle itself.
-TEST(SeveralCameras, HaveMasksOfTheirOwn) {
-  const Scene scene{scenes::parse_scene(four_cameras), 2};
+TEST_F(SeveralCameras, HaveMasksOfTheirOwn) {
   Image<std::uint8_t> mask{256, 160};
   mask.fill(255);
   for (int v{80}; v < 160; ++v) std::fill_n(mask.row(v), 256, std::uint8_t{0});
-  Pipeline whole{grid_around(), scene.rigs(), {.threads = 2}};
   Pipeline masked{grid_around(), scene.rigs(), {.threads = 2, .other_masks = {mask}}};
-  const FrameResult& expected{whole.process(scene.load(0))};
+  const FrameResult& expected{pipeline.process(scene.load(0))};
   const FrameResult& result{masked.process(scene.load(0))};
   const Image<float>& road{expected.cameras[1].stages.road_disparity};
   EXPECT_GT(std::count_if(road.row(80), road.row(159), [](float disparity) { return disparity > 0; }), 1000);
@@ -281,15 +265,13 @@ TEST(SeveralCameras, HaveMasksOfTheirOwn) {
   }
   EXPECT_EQ(result.stages.road_disparity, expected.stages.road_disparity);
   EXPECT_EQ(result.cameras[2].stages.road_disparity, expected.cameras[2].stages.road_disparity);
-  EXPECT_THROW(whole.load_state(masked.save_state()), InputError);
+  EXPECT_THROW(pipeline.load_state(masked.save_state()), InputError);
   const Image<std::uint8_t> small{8, 8};
   EXPECT_THROW(Pipeline(grid_around(), scene.rigs(), {.other_masks = {mask, small}}), ConfigError);
   EXPECT_THROW(Pipeline(grid_around(), scene.rigs().first(1), {.other_masks = {mask}}), ConfigError);
 }
 
-TEST(SeveralCameras, TheSlowestLimitCounts) {
-  const Scene scene{scenes::parse_scene(four_cameras), 2};
-  Pipeline pipeline{grid_around(), scene.rigs(), {.threads = 2}};
+TEST_F(SeveralCameras, TheSlowestLimitCounts) {
   StereoFrame frame{scene.load(0)};
   frame.others[1].right.fill(3);
   const FrameResult& result{pipeline.process(frame)};
@@ -303,10 +285,8 @@ TEST(SeveralCameras, TheSlowestLimitCounts) {
 }
 
 // v·t + v²/(2a) is the same range with t longer by the age of the last frame; a rejected one has none.
-TEST(SeveralCameras, ACameraWithoutAFrameSlowsTheVehicleByTheAgeOfItsLast) {
-  const Scene scene{scenes::parse_scene(four_cameras), 2};
+TEST_F(SeveralCameras, ACameraWithoutAFrameSlowsTheVehicleByTheAgeOfItsLast) {
   const Config config{grid_around()};
-  Pipeline pipeline{config, scene.rigs(), {.threads = 2}};
   const auto range_m = [&config](double limit_mps, double age_s) {
     return limit_mps * (config.vehicle.reaction_s + age_s) +
            limit_mps * limit_mps / (2 * config.vehicle.deceleration_mps2);
@@ -324,9 +304,7 @@ TEST(SeveralCameras, ACameraWithoutAFrameSlowsTheVehicleByTheAgeOfItsLast) {
 }
 
 // Wall and ground in the direction of each camera.
-TEST(SeveralCameras, PointsAreThoseOfAllOfThem) {
-  const Scene scene{scenes::parse_scene(four_cameras), 2};
-  Pipeline pipeline{grid_around(), scene.rigs(), {.threads = 2}};
+TEST_F(SeveralCameras, PointsAreThoseOfAllOfThem) {
   const FrameResult& result{pipeline.process(scene.load(0))};
   const std::vector<LabelledPoint> points{points_of(result, result.level_rig)};
   for (const Rig& rig : rigs_of(result)) {
@@ -338,17 +316,17 @@ TEST(SeveralCameras, PointsAreThoseOfAllOfThem) {
   }
 }
 
-TEST(SeveralCameras, ReportTheirGridsBeforeTheObstacles) {
-  const Scene scene{scenes::parse_scene("around?cameras=2&width=256&height=160&focal=128&frames=3"), 2};
+TEST_F(SeveralCameras, ReportTheirGridsBeforeTheObstacles) {
+  const Scene two{"around?cameras=2&width=256&height=160&focal=128&frames=3"};
   std::vector<FrameResult> early;
   const PipelineOptions options{.threads = 2,
                                 .on_grids = [&early](const FrameResult& grids) { early.push_back(grids); }};
-  Pipeline pipeline{grid_around(), scene.rigs(), options};
+  Pipeline of_two{grid_around(), two.rigs(), options};
   for (std::size_t i{0}; i < 3; ++i) {
-    StereoFrame frame{scene.load(i)};
+    StereoFrame frame{two.load(i)};
     if (i == 1) frame.others.front().right.fill(7);  // nothing matches
     if (i == 2) frame.others.clear();
-    const FrameResult& result{pipeline.process(frame)};
+    const FrameResult& result{of_two.process(frame)};
     ASSERT_EQ(early.size(), i + 1);
     EXPECT_EQ(early.back().vehicle.occupancy, result.vehicle.occupancy);
     EXPECT_EQ(early.back().status, result.status);
@@ -364,15 +342,15 @@ TEST(SeveralCameras, ReportTheirGridsBeforeTheObstacles) {
 }
 
 // Each camera finds its own extrinsics.
-TEST(SeveralCameras, ExtrinsicsAreFoundPerCamera) {
-  const Scene scene{scenes::parse_scene("around?cameras=2&width=256&height=160&focal=128&frames=8"), 2};
-  std::vector<Rig> assumed(scene.rigs().begin(), scene.rigs().end());
+TEST_F(SeveralCameras, ExtrinsicsAreFoundPerCamera) {
+  const Scene two{"around?cameras=2&width=256&height=160&focal=128&frames=8"};
+  std::vector<Rig> assumed(two.rigs().begin(), two.rigs().end());
   assumed[1].camera_height_m += 0.35;
-  Pipeline pipeline{grid_around(), assumed, {.threads = 2, .extrinsics_given = false}};
-  for (std::size_t i{0}; i < 6; ++i) pipeline.process(scene.load(i));
-  EXPECT_NEAR(pipeline.next_rig(0).camera_height_m, scene.rigs()[0].camera_height_m, 0.05);
-  EXPECT_NEAR(pipeline.next_rig(1).camera_height_m, scene.rigs()[1].camera_height_m, 0.05);
-  EXPECT_EQ(pipeline.next_rig(1).camera_yaw_rad, assumed[1].camera_yaw_rad);
+  Pipeline of_two{grid_around(), assumed, {.threads = 2, .extrinsics_given = false}};
+  for (std::size_t i{0}; i < 6; ++i) of_two.process(two.load(i));
+  EXPECT_NEAR(of_two.next_rig(0).camera_height_m, two.rigs()[0].camera_height_m, 0.05);
+  EXPECT_NEAR(of_two.next_rig(1).camera_height_m, two.rigs()[1].camera_height_m, 0.05);
+  EXPECT_EQ(of_two.next_rig(1).camera_yaw_rad, assumed[1].camera_yaw_rad);
 }
 
 }  // namespace

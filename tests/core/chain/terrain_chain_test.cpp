@@ -54,7 +54,7 @@ double free_beyond(const FrameResult& result, double edge_m) {
 template <class Check>
 void drive(const Layout& layout, const Check& check) {
   SCOPED_TRACE(text_of(layout));
-  const scenes::Scene scene{scenes::parse_scene(text_of(layout)), 2};
+  const Scene scene{text_of(layout)};
   Pipeline pipeline{preset("default"), scene.rig(), {.threads = 2, .stages = false}};
   const double edge_x_m{scene.load(scene.size() - 1).world_from_vehicle->x_m + layout.edge_m};
   for (std::size_t i{0}; i < scene.size(); ++i) {
@@ -68,7 +68,7 @@ void drive(const Layout& layout, const Check& check) {
 // A ramp with a box on it, from the second frame on.
 TEST(Terrain, RampsAreFreeAndBoxesOnThemAreNot) {
   const auto last_frame = [](const std::string& text) {
-    const scenes::Scene scene{scenes::parse_scene(text), 2};
+    const Scene scene{text};
     Pipeline pipeline{preset("default"), scene.rig(), {.threads = 2, .stages = false}};
     const FrameResult* result{nullptr};
     for (std::size_t i{0}; i < scene.size(); ++i) result = &pipeline.process(scene.load(i));
@@ -98,7 +98,7 @@ TEST(Terrain, ARampThatFillsTheViewIsGround) {
   for (const Ramp& ramp : {Ramp{"default", "at=1.1&slope_deg=8", 4, 7}, Ramp{"default", "at=1.1&slope_deg=-6", 4, 7},
                            Ramp{"robot", "camera=robot&at=0.15&slope_deg=-6", 1.6, 2.4}}) {
     SCOPED_TRACE(ramp.text);
-    const scenes::Scene scene{scenes::parse_scene("terrain?kind=ramp&frames=18&" + std::string{ramp.text}), 2};
+    const Scene scene{"terrain?kind=ramp&frames=18&" + std::string{ramp.text}};
     Pipeline pipeline{preset(ramp.preset), scene.rig(), {.threads = 2, .stages = false}};
     for (std::size_t i{0}; i < scene.size(); ++i) {
       const FrameResult& result{pipeline.process(scene.load(i))};
@@ -114,8 +114,8 @@ TEST(Terrain, ARampThatFillsTheViewIsGround) {
 TEST(Terrain, ACameraThatWasTurnedOnTheWayIsReported) {
   for (const char* pitch_deg : {"8", "-8"}) {
     const std::string text{"street?width=320&height=200&frames=6"};
-    const scenes::Scene before{scenes::parse_scene(text), 2};
-    const scenes::Scene after{scenes::parse_scene(text + "&pitch_deg=" + pitch_deg), 2};
+    const Scene before{text};
+    const Scene after{text + "&pitch_deg=" + pitch_deg};
     Pipeline pipeline{preset("default"), before.rig(), {.threads = 2, .stages = false}};
     for (std::size_t i{0}; i < 3; ++i) EXPECT_TRUE(pipeline.process(before.load(i)).status.empty()) << i;
     for (std::size_t i{3}; i < 6; ++i) {
@@ -149,7 +149,7 @@ TEST(Terrain, IsNotFreeBeyondAnEdge) {
 // From 7 m the ditch and the kerb look like free ground; from 5 m on they are seen.
 TEST(Terrain, HazardsOfAFrameAreNotFreeInTheFilteredGrid) {
   const auto drive_to = [](const std::string& text, TerrainClass kind, float least) {
-    const scenes::Scene scene{scenes::parse_scene(text), 2};
+    const Scene scene{text};
     Pipeline pipeline{preset("default"), scene.rig(), {.threads = 2}};
     int cells{0};
     for (std::size_t frame{0}; frame < scene.size(); ++frame) {
@@ -170,7 +170,7 @@ TEST(Terrain, HazardsOfAFrameAreNotFreeInTheFilteredGrid) {
 
 // Its top has a few right matches a frame, and ground behind it that seems to be in its place.
 TEST(Terrain, AThinTableTopIsAnObstacle) {
-  const scenes::Scene scene{scenes::parse_scene("terrain?kind=table&seed=3&frames=10"), 2};
+  const Scene scene{"terrain?kind=table&seed=3&frames=10"};
   Pipeline pipeline{preset("default"), scene.rig(), {.threads = 2, .stages = false}};
   constexpr std::size_t frames{4};
   int occupied{0};
@@ -237,7 +237,7 @@ TEST(Terrain, AFlatFloorIsKnown) {
 
 // The matcher's errors on the sides of a floor are larger than their expected deviation.
 TEST(Terrain, AFloorHasFewLowObstacles) {
-  const scenes::Scene scene{scenes::parse_scene("terrain?kind=paint&seed=1&frames=10"), 2};
+  const Scene scene{"terrain?kind=paint&seed=1&frames=10"};
   Pipeline pipeline{preset("default"), scene.rig(), {.threads = 2, .stages = false}};
   int marked{0};
   for (std::size_t i{0}; i < scene.size(); ++i) {
@@ -295,7 +295,7 @@ class Boxes {
 // A box of 5 cm before a robot that climbs 3 cm, and a painted floor.
 TEST(LowObstacles, AreObstaclesOfTheList) {
   const auto confirmed_in = [](const std::string& text) {
-    const scenes::Scene scene{scenes::parse_scene("terrain?camera=robot&frames=16&" + text), 2};
+    const Scene scene{"terrain?camera=robot&frames=16&" + text};
     Pipeline pipeline{preset("robot"), scene.rig(), {.threads = 2, .stages = false}};
     std::vector<Obstacle> confirmed;
     for (std::size_t i{0}; i < scene.size(); ++i) {

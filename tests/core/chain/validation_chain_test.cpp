@@ -9,8 +9,6 @@
 namespace stereogrid::test {
 namespace {
 
-using scenes::Scene;
-
 constexpr const char* street{"street?width=256&height=160&focal=205"};
 
 Image<std::uint8_t> turned(const Image<std::uint8_t>& image) {
@@ -86,19 +84,19 @@ void expect_nothing_known(const Scene& scene, const Spoilt& spoilt, BackEnd back
 }
 
 TEST(Trust, NothingIsKnownFromUselessPairs) {
-  const Scene scene{scenes::parse_scene(street), 2};
+  const Scene scene{street};
   for (const Spoilt& spoilt : spoilt_pairs()) expect_nothing_known(scene, spoilt, BackEnd::cpu);
 }
 
 TEST(Trust, TheReferenceSaysTheSame) {
-  const Scene scene{scenes::parse_scene("street?width=96&height=60&focal=77"), 2};
+  const Scene scene{"street?width=96&height=60&focal=77"};
   for (const Spoilt& spoilt : spoilt_pairs()) {
     if (spoilt.how == "identical") expect_nothing_known(scene, spoilt, BackEnd::reference);
   }
 }
 
 TEST(Trust, NothingIsKnownWhereTheRightImageIsAFrameLate) {
-  const Scene scene{scenes::parse_scene(street), 2};
+  const Scene scene{street};
   Pipeline pipeline{small_grid(), scene.rig(), {.threads = 2}};
   for (std::size_t i{0}; i < 2; ++i) {
     StereoFrame frame{scene.load(i + 1)};
@@ -110,7 +108,7 @@ TEST(Trust, NothingIsKnownWhereTheRightImageIsAFrameLate) {
 TEST(Trust, ARoadThatIsNotWhereTheExtrinsicsSayIsUnknown) {
   for (const double pitch_deg : {8.0, 10.0, -8.0}) {
     SCOPED_TRACE(pitch_deg);
-    const Scene scene{scenes::parse_scene(std::string{street} + "&pitch_deg=" + std::to_string(pitch_deg)), 2};
+    const Scene scene{std::string{street} + "&pitch_deg=" + std::to_string(pitch_deg)};
     Rig assumed{scene.rig()};
     assumed.camera_pitch_rad = 0;
     Pipeline pipeline{small_grid(), assumed, {.threads = 2}};
@@ -119,7 +117,7 @@ TEST(Trust, ARoadThatIsNotWhereTheExtrinsicsSayIsUnknown) {
 }
 
 TEST(Trust, SoIsOneSeenFromHigherUp) {
-  const Scene scene{scenes::parse_scene(street), 2};
+  const Scene scene{street};
   Rig assumed{scene.rig()};
   assumed.camera_height_m -= 0.55;
   Pipeline pipeline{small_grid(), assumed, {.threads = 2}};
@@ -131,14 +129,14 @@ TEST(Trust, ScenesWithTheRightMountingAreKnown) {
     SCOPED_TRACE(name);
     const std::string text{std::string{name} + (std::string{name}.find('?') != std::string::npos ? "&" : "?") +
                            "width=256&height=160&focal=205"};
-    const Scene scene{scenes::parse_scene(text), 2};
+    const Scene scene{text};
     Pipeline pipeline{small_grid(), scene.rig(), {.threads = 2}};
     for (std::size_t i{0}; i < 2; ++i) EXPECT_TRUE(pipeline.process(scene.load(i)).status.empty()) << i;
   }
 }
 
 TEST(Trust, ATrustedCalibrationIsKnown) {
-  const Scene scene{scenes::parse_scene(std::string{street} + "&pitch_deg=8"), 2};
+  const Scene scene{std::string{street} + "&pitch_deg=8"};
   Rig assumed{scene.rig()};
   assumed.camera_pitch_rad = 0;
   Config config{small_grid()};
@@ -151,7 +149,7 @@ constexpr const char* low_camera{"street?width=320&height=240&focal=160&baseline
 
 // Nothing matches there, and that is no fault of the images.
 TEST(Trust, ARoadTooNearForTheDisparitiesDoesNotCount) {
-  const Scene scene{scenes::parse_scene(low_camera), 2};
+  const Scene scene{low_camera};
   Config config{small_grid()};
   config.matching.disparities = 64;
   Pipeline pipeline{config, scene.rig(), {.threads = 2}};
@@ -164,7 +162,7 @@ TEST(Trust, ARoadTooNearForTheDisparitiesDoesNotCount) {
 
 // Most differences between neighbours are noise, which does not match.
 TEST(Trust, ANoisyCameraIsTrusted) {
-  const Scene scene{scenes::parse_scene("street?width=621&height=188&focal=360&noise=10"), 2};
+  const Scene scene{"street?width=621&height=188&focal=360&noise=10"};
   Pipeline pipeline{small_grid(), scene.rig(), {.threads = 2}};
   for (const std::size_t i : {0U, 1U, 2U}) {
     StereoFrame frame{scene.load(i)};
@@ -189,7 +187,7 @@ TEST(Trust, NoiseIsMeasured) {
 
 TEST(AutomaticDisparities, ReachTheNearestRoadInTheImage) {
   const auto disparities_of = [](const char* text) {
-    const Scene scene{scenes::parse_scene(text), 1};
+    const Scene scene{text};
     Config config{small_grid()};
     config.matching.disparities = 0;
     Pipeline pipeline{config, scene.rig(), {.threads = 1}};
@@ -202,7 +200,7 @@ TEST(AutomaticDisparities, ReachTheNearestRoadInTheImage) {
 }
 
 TEST(Trust, WhatWasKnownIsRememberedThroughABadFrame) {
-  const Scene scene{scenes::parse_scene("crossing?width=256&height=160&focal=205"), 2};
+  const Scene scene{"crossing?width=256&height=160&focal=205"};
   Pipeline pipeline{small_grid(), scene.rig(), {.threads = 2}};
   for (std::size_t i{0}; i < 4; ++i) {
     StereoFrame frame{scene.load(i)};
@@ -219,7 +217,7 @@ TEST(Trust, WhatWasKnownIsRememberedThroughABadFrame) {
 }
 
 TEST(Trust, OtherSourcesStillCount) {
-  const Scene scene{scenes::parse_scene(street), 2};
+  const Scene scene{street};
   Pipeline pipeline{small_grid(), scene.rig(), {.threads = 2}};
   StereoFrame frame{scene.load(0)};
   std::swap(frame.left, frame.right);
