@@ -12,19 +12,6 @@ namespace {
 using Options = FolderTest;
 using Signals = FolderTest;
 
-struct Refused {
-  std::vector<std::string> words;
-  std::string said;
-};
-
-void expect_refused(const Refused& refused, int exit_code) {
-  const Outcome outcome{run_tool(refused.words)};
-  std::string line;
-  for (const std::string& word : refused.words) line += " " + quoted(word);
-  EXPECT_EQ(outcome.exit_code, exit_code) << line << "\n" << outcome.errors;
-  EXPECT_THAT(outcome.errors, HasSubstr(refused.said)) << line;
-}
-
 TEST_F(Options, FramesOutOfRangeAreRefused) {
   const std::string out{folder / "run"};
   const std::string scene{small_scene("empty", "&frames=4")};
@@ -32,10 +19,10 @@ TEST_F(Options, FramesOutOfRangeAreRefused) {
     return std::vector<std::string>{"run", scene, "--out", out, "--frames", frames};
   };
   for (const char* frames : {"4", "4:9"}) {
-    expect_refused({run(frames), "the input has 4 frames, 0 to 3"}, 64);
+    expect_refused({run(frames), "the input has 4 frames, 0 to 3"});
   }
   for (const char* frames : {"2:1", ":-1", "-1:", "1:2:3", "18446744073709551616:"}) {
-    expect_refused({run(frames), "FIRST:LAST"}, 64);
+    expect_refused({run(frames), "FIRST:LAST"});
   }
   EXPECT_FALSE(fs::exists(out));
   run_well(run("2:18446744073709551615"));
@@ -44,23 +31,22 @@ TEST_F(Options, FramesOutOfRangeAreRefused) {
 
 TEST_F(Options, SimulateRefusesWhatIsNoNumberOfFramesAndNoSeed) {
   const std::string out{folder / "drive"};
-  const auto simulate = [&](const char* option, const char* value) {
+  const auto simulate = [&](const char* option, const std::string& value) {
     return std::vector<std::string>{"simulate", "empty",    "--out", out,    "--width",
                                     "64",       "--height", "48",    option, value};
   };
-  for (const char* frames : {"0", "-1", "1000001", "010"}) {
-    expect_refused(
-        {simulate("--frames", frames), "--frames: " + std::string{frames} + " is not a whole number from 1 to 1000000"},
-        64);
-  }
-  for (const char* seed : {"-1", "18446744073709551616"}) {
-    expect_refused({simulate("--seed", seed),
-                    "--seed: " + std::string{seed} + " is not a whole number from 0 to 18446744073709551615"},
-                   64);
-  }
-  for (const char* width : {"15", "1e2"}) {
-    expect_refused(
-        {simulate("--width", width), "--width: " + std::string{width} + " is not a whole number from 16 to 8192"}, 64);
+  struct Option {
+    const char* name;
+    const char* range;
+    std::vector<const char*> refused;
+  };
+  for (const Option& option : {Option{"--frames", "1 to 1000000", {"0", "-1", "1000001", "010"}},
+                               Option{"--seed", "0 to 18446744073709551615", {"-1", "18446744073709551616"}},
+                               Option{"--width", "16 to 8192", {"15", "1e2"}}}) {
+    for (const std::string value : option.refused) {
+      expect_refused({simulate(option.name, value),
+                      std::string{option.name} + ": " + value + " is not a whole number from " + option.range});
+    }
   }
   EXPECT_FALSE(fs::exists(out));
 }
@@ -69,11 +55,11 @@ TEST_F(Options, NumbersThatAreNoneAreRefused) {
   const std::string out{folder / "never"};
   for (const char* number : {"nan", "5.1", "1.6m"}) {
     const std::string said{std::string{"--camera-height: "} + number + " is not a number from 0.3 to 5"};
-    expect_refused({{"evaluate", "no_run", "--camera-height", number}, said}, 64);
+    expect_refused({{"evaluate", "no_run", "--camera-height", number}, said});
   }
   for (const char* threads : {"-1", "1025"}) {
     const std::string said{std::string{"--threads: "} + threads + " is not a whole number from 0 to 1024"};
-    expect_refused({{"run", "scene:empty", "--out", out, "--threads", threads}, said}, 64);
+    expect_refused({{"run", "scene:empty", "--out", out, "--threads", threads}, said});
   }
 }
 
@@ -89,7 +75,7 @@ TEST_F(Options, AGridOfNoCellsIsRefused) {
   for (const std::vector<std::string>& words : {std::vector<std::string>{"run", scene, "--out", out},
                                                 {"run", scene, "--out", out, "--pictures"},
                                                 {"live", scene, "--listen", "127.0.0.1:0"}}) {
-    expect_refused({with_grid(words), said}, 64);
+    expect_refused({with_grid(words), said});
   }
   EXPECT_FALSE(fs::exists(fs::path{out} / "run.json"));
 }
@@ -110,21 +96,21 @@ TEST_F(Options, PicturesAreSvgOnRequest) {
   EXPECT_TRUE(text_of(out / "pictures" / "000000.svg").starts_with("<svg "));
   run_well({"run", "--pictures", small_scene("empty", "&frames=1"), "--out", folder / "before the input"});
   EXPECT_THAT(files_in(folder / "before the input" / "pictures"), ElementsAre("000000.png"));
-  expect_refused({{"run", "scene:empty", "--out", folder / "never", "--pictures", "jpg"}, "jpg"}, 64);
+  expect_refused({{"run", "scene:empty", "--out", folder / "never", "--pictures", "jpg"}, "jpg"});
 }
 
 TEST_F(Options, EmptyValuesAreRefused) {
   const std::string out{folder / "never"};
   const std::string said{"is empty"};
   for (const char* option : {"--config", "--video", "--calibration", "--poses", "--disparities", "--frames"}) {
-    expect_refused({{"run", small_scene("empty", "&frames=1"), "--out", out, option, ""}, option + (": " + said)}, 64);
+    expect_refused({{"run", small_scene("empty", "&frames=1"), "--out", out, option, ""}, option + (": " + said)});
   }
-  expect_refused({{"run", "scene:empty", "--out", ""}, "--out: " + said}, 64);
-  expect_refused({{"run", "", "--out", out}, "INPUT: " + said}, 64);
-  expect_refused({{"simulate", "empty", "--out", ""}, "--out: " + said}, 64);
-  expect_refused({{"evaluate", "no_run", ""}, "INPUT: " + said}, 64);
-  expect_refused({{"evaluate", "no_run", "--json", ""}, "--json: " + said}, 64);
-  expect_refused({{"info", ""}, "INPUT: " + said}, 64);
+  expect_refused({{"run", "scene:empty", "--out", ""}, "--out: " + said});
+  expect_refused({{"run", "", "--out", out}, "INPUT: " + said});
+  expect_refused({{"simulate", "empty", "--out", ""}, "--out: " + said});
+  expect_refused({{"evaluate", "no_run", ""}, "INPUT: " + said});
+  expect_refused({{"evaluate", "no_run", "--json", ""}, "--json: " + said});
+  expect_refused({{"info", ""}, "INPUT: " + said});
   EXPECT_FALSE(fs::exists(out));
 }
 
@@ -139,17 +125,19 @@ TEST_F(Options, AFileWhereTheResultsShouldGoStaysAsItIs) {
 }
 
 TEST_F(Options, OfScenesAreChecked) {
-  const Refused refusals[]{{{"info", "scene:empty?frames=0"}, "frames is a whole number from 1 to 1000000"},
-                           {{"info", "scene:empty?seed=-1"}, "seed is a whole number"},
-                           {{"info", "scene:empty?width=0"}, "width is a whole number from 16 to 8192"},
-                           {{"info", "scene:empty?rate=nan"}, "rate is a number from 0.1 to 1000"},
-                           {{"info", "scene:empty?wdith=64"}, "there is no key \"wdith\""},
-                           {{"info", "scene:empty?width=64&width=65"}, "width is given twice"},
-                           {{"info", "scene:empty?seed=1&seed=1"}, "seed is given twice"}};
-  for (const Refused& refused : refusals) expect_refused(refused, 65);
+  const Refused refusals[]{{{"info", "scene:empty?frames=0"}, "frames is a whole number from 1 to 1000000", 65},
+                           {{"info", "scene:empty?seed=-1"}, "seed is a whole number", 65},
+                           {{"info", "scene:empty?width=0"}, "width is a whole number from 16 to 8192", 65},
+                           {{"info", "scene:empty?rate=nan"}, "rate is a number from 0.1 to 1000", 65},
+                           {{"info", "scene:empty?wdith=64"}, "there is no key \"wdith\"", 65},
+                           {{"info", "scene:empty?width=64&width=65"}, "width is given twice", 65},
+                           {{"info", "scene:empty?seed=1&seed=1"}, "seed is given twice", 65}};
+  for (const Refused& refused : refusals) expect_refused(refused);
 }
 
-TEST_F(Options, HelpListsEveryExitCode) {
+TEST_F(Options, HelpAndVersionAreGiven) {
+  EXPECT_THAT(run_well({"--version"}).output, HasSubstr("stereogrid "));
+  EXPECT_THAT(run_well({"run", "--help"}).output, HasSubstr("--save-stages"));
   const std::string help{run_well({"--help"}).output};
   for (const char* code : {"0 ", "64 ", "65 ", "70 ", "75 ", "129", "130", "141", "143"}) {
     EXPECT_THAT(help.substr(help.find("Exit codes")), HasSubstr(code));

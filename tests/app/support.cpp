@@ -49,6 +49,11 @@ std::string errors_of(int exit_code, const std::vector<std::string>& words, cons
   return outcome.errors;
 }
 
+void expect_refused(const Refused& refused) {
+  SCOPED_TRACE(::testing::PrintToString(refused.words));
+  EXPECT_THAT(errors_of(refused.exit_code, refused.words), AllOf(HasSubstr("stereogrid: "), HasSubstr(refused.said)));
+}
+
 std::string text_of(const fs::path& path) {
   std::ostringstream text;
   text << std::ifstream{path, std::ios::binary}.rdbuf();

@@ -44,6 +44,14 @@ Outcome run_well(const std::vector<std::string>& words);
 /// Messages of the tool, which has to end with this exit code.
 std::string errors_of(int exit_code, const std::vector<std::string>& words, const std::string& environment = "");
 
+/// A command that the tool rejects, and a part of its message.
+struct Refused {
+  std::vector<std::string> words;
+  std::string said;
+  int exit_code{64};
+};
+void expect_refused(const Refused& refused);
+
 /// A word of the command line.
 std::string quoted(const std::string& word);
 

@@ -43,9 +43,7 @@ TEST(Clients, FiftyGetEveryMessage) {
 }
 
 TEST(Clients, AStalledOneLosesTheOldestAndAnotherGetsAll) {
-  ServerOptions given{options()};
-  given.limits.queue_messages = 4;
-  Server server{given};
+  Server server{options({.queue_messages = 4})};
   const ChannelId id{server.add_channel(grid_channel())};
   Client quick{server.port()};
   Client stalled{server.port(), {}, 65'536};
@@ -76,10 +74,7 @@ std::size_t resident_bytes() {
 }
 
 TEST(Clients, StalledOnesTakeABoundedMemory) {
-  ServerOptions given{options()};
-  given.limits.queue_messages = 1000;
-  given.limits.queue_bytes = 4 << 20;
-  Server server{given};
+  Server server{options({.queue_bytes = 4 << 20, .queue_messages = 1000})};
   const ChannelId id{server.add_channel(grid_channel())};
   std::vector<std::unique_ptr<Client>> clients;
   for (int i{0}; i < 4; ++i) {

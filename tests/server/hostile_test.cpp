@@ -42,8 +42,7 @@ const std::vector<std::pair<std::string, std::string>> malformed{
      "nested too deeply"}};
 
 TEST(Hostile, MalformedRequestsAreAnsweredInWords) {
-  ServerOptions given{options()};
-  given.limits.faults = 100;
+  ServerOptions given{options({.faults = 100})};
   given.parameters.values = {{"a", true}};
   const Server server{given};
   Client client{server.port()};
@@ -65,9 +64,7 @@ TEST(Hostile, MalformedRequestsAreAnsweredInWords) {
 }
 
 TEST(Hostile, WhoGoesOnWithThatIsClosed) {
-  ServerOptions given{options()};
-  given.limits.faults = 5;
-  const Server server{given};
+  const Server server{options({.faults = 5})};
   Client client{server.port()};
   for (int i{0}; i < 5; ++i) client.send_frame(1, "nonsense");
   EXPECT_EQ(client.expect_close(), 1008);
@@ -75,18 +72,14 @@ TEST(Hostile, WhoGoesOnWithThatIsClosed) {
 }
 
 TEST(Hostile, TooManyRequestsClose) {
-  ServerOptions given{options()};
-  given.limits.requests_per_second = 10;
-  const Server server{given};
+  const Server server{options({.requests_per_second = 10})};
   Client client{server.port()};
   for (int i{0}; i < 200; ++i) client.send({{"op", "unsubscribeConnectionGraph"}});
   EXPECT_EQ(client.expect_close(), 1008);
 }
 
 TEST(Hostile, TooManyBytesClose) {
-  ServerOptions given{options()};
-  given.limits.request_bytes_per_second = 10'000;
-  const Server server{given};
+  const Server server{options({.request_bytes_per_second = 10'000})};
   Client client{server.port()};
   const std::string request{R"({"op": "subscribeConnectionGraph", "x": ")" + std::string(9'000, 'x') + "\"}"};
   client.send_frame(1, request);
@@ -105,9 +98,7 @@ TEST(Hostile, ParsingTimeGrowsWithTheBytesOnly) {
 }
 
 TEST(Hostile, TooLongAMessageCloses) {
-  ServerOptions given{options()};
-  given.limits.request_bytes = 1000;
-  const Server server{given};
+  const Server server{options({.request_bytes = 1000})};
   Client fits{server.port()};
   fits.send_frame(1, R"({"op": "subscribeConnectionGraph", "x": ")" + std::string(900, 'x') + "\"}");
   fits.expect("connectionGraphUpdate");
@@ -137,9 +128,7 @@ TEST(Hostile, FramesThatAreNoneClose) {
 }
 
 TEST(Hostile, GarbageDoesNoHarm) {
-  ServerOptions given{options()};
-  given.limits.http_timeout = 300ms;
-  Server server{given};
+  Server server{options({.http_timeout = 300ms})};
   const ChannelId id{server.add_channel(grid_channel())};
   std::mt19937 random{7};
   const auto noise{[&](std::size_t size) {
@@ -161,9 +150,7 @@ TEST(Hostile, GarbageDoesNoHarm) {
 }
 
 TEST(Hostile, SlowRequestsEnd) {
-  ServerOptions given{options()};
-  given.limits.http_timeout = 200ms;
-  const Server server{given};
+  const Server server{options({.http_timeout = 200ms})};
   const Wire silent{server.port()};
   const Wire slow{server.port()};
   slow.send("GET / HTTP/1.1\r\nHost: localhost\r\n");
@@ -174,8 +161,7 @@ TEST(Hostile, SlowRequestsEnd) {
 }
 
 TEST(Hostile, AReaderThatTakesNothingEnds) {
-  ServerOptions given{options()};
-  given.limits.http_timeout = 200ms;
+  ServerOptions given{options({.http_timeout = 200ms})};
   given.http.assets = {{"/large", "application/octet-stream", std::string(60'000'000, 'x')}};
   const Server server{given};
   const Wire wire{server.port(), 65'536};
@@ -185,9 +171,7 @@ TEST(Hostile, AReaderThatTakesNothingEnds) {
 }
 
 TEST(Hostile, DeadClientsAreNoticed) {
-  ServerOptions given{options()};
-  given.limits.idle_timeout = 1000ms;
-  const Server server{given};
+  const Server server{options({.idle_timeout = 1000ms})};
   Client alive{server.port()};
   const Client half_open{server.port()};  // answers no ping
   Client crashed{server.port()};
@@ -199,9 +183,7 @@ TEST(Hostile, DeadClientsAreNoticed) {
 }
 
 TEST(Hostile, RepliesThatNobodyReadsClose) {
-  ServerOptions given{options()};
-  given.limits.control_bytes = 100'000;
-  given.limits.requests_per_second = 100'000;
+  ServerOptions given{options({.control_bytes = 100'000, .requests_per_second = 100'000})};
   given.parameters.values = {{"long", std::string(20'000, 'x')}};
   const Server server{given};
   Client client{server.port(), {}, 4096};
@@ -215,9 +197,7 @@ TEST(Hostile, RepliesThatNobodyReadsClose) {
 }
 
 TEST(Hostile, UnfinishedRequestsLeaveRoomForOthers) {
-  ServerOptions given{options()};
-  given.limits.connections = 12;
-  given.limits.connections_per_address = 8;
+  ServerOptions given{options({.connections = 12, .connections_per_address = 8})};
   given.http.assets = {{"/", "text/html", "front"}, {"/large", "text/plain", std::string(60'000'000, 'x')}};
   const Server server{given};
   std::vector<Wire> held;
@@ -236,9 +216,7 @@ TEST(Hostile, UnfinishedRequestsLeaveRoomForOthers) {
 }
 
 TEST(Hostile, NumbersOfClientsAreLimited) {
-  ServerOptions given{options()};
-  given.limits.clients = 2;
-  given.limits.connections = 4;
+  ServerOptions given{options({.clients = 2, .connections = 4})};
   given.http.assets = {{"/", "text/html", "front"}};
   const Server server{given};
   std::optional<Client> first{std::in_place, server.port()};
@@ -255,9 +233,7 @@ TEST(Hostile, NumbersOfClientsAreLimited) {
 }
 
 TEST(Hostile, WebSocketsAreNotReplaced) {
-  ServerOptions given{options()};
-  given.limits.connections = 3;
-  const Server server{given};
+  const Server server{options({.connections = 3})};
   Client first{server.port()};
   first.expect("advertise");
   Client second{server.port()};

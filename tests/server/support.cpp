@@ -221,9 +221,10 @@ int Client::expect_close() {
   }
 }
 
-ServerOptions options() {
+ServerOptions options(const Limits& limits) {
   ServerOptions options;
   options.port = 0;
+  options.limits = limits;
   return options;
 }
 

@@ -100,7 +100,7 @@ class Client {
 HttpAnswer refusal(std::uint16_t port, const Handshake& handshake);
 
 /// Options for a test: any free port.
-[[nodiscard]] ServerOptions options();
+[[nodiscard]] ServerOptions options(const Limits& limits = {});
 [[nodiscard]] Channel grid_channel(const std::string& topic = "/grid");
 void send(Server& server, ChannelId channel, std::uint64_t stamp_ns, std::string_view bytes);
 /// Message: op, subscription id, stamp and payload.

@@ -67,31 +67,26 @@ TEST(Swapped, LeftAndRightAreRefused) {
   EXPECT_THAT(info.output, HasSubstr("swapped"));
 }
 
-struct WrongUsage {
-  std::vector<std::string> words;
-  std::string said;
-};
-
 TEST_F(ExitCodes, WrongUsageIs64) {
   const std::string out{folder / "run"};
-  for (const WrongUsage& wrong :
-       std::vector<WrongUsage>{{{}, "command"},
-                               {{"fly"}, "fly"},
-                               {{"run", "scene:empty"}, "--out"},
-                               {{"run", "scene:empty", "--out", out, "--frobnicate"}, "--frobnicate"},
-                               {{"run", "scene:empty", "--out", out, "--no\xff"}, R"(--no\xFF)"},
-                               {{"run", "scene:empty", "--out", out, "--device", "abacus"}, "abacus"},
-                               {{"run", "scene:empty", "--out", out, "--device", "cuda:first"}, "cuda:1"},
-                               {{"run", "scene:empty", "--out", out, "--device", "cuda:-1"}, "cuda:1"},
-                               {{"run", "scene:empty", "--out", out, "--set", "grid.lenght_m=3"}, "grid.length_m"},
-                               {{"run", "scene:empty", "--out", out, "--set", "grid.length_m"}, "KEY=VALUE"},
-                               {{"run", "scene:empty", "--out", out, "--set", "no\xff=UTF-8"}, R"(no\xFF)"},
-                               {{"run", "scene:empty", "--out", out, "--set", "grid.length_m=-3"}, "must lie in"},
-                               {{"run", "scene:empty", "--out", out, "--value-scale", "nav2"}, "--value-scale is of"},
-                               {{"run", "scene:empty", "--out", out, "--preset", "nice"}, "preset"},
-                               {{"run", "scene:empty", "--out", out, "--calibration", "x.yaml"}, "scene"},
-                               {{"run", "scene:empty", "--out", out, "--resume", "--video", "x.mp4"}, "--video"}}) {
-    EXPECT_THAT(errors_of(64, wrong.words), AllOf(HasSubstr("stereogrid: "), HasSubstr(wrong.said)));
+  for (const Refused& wrong :
+       std::vector<Refused>{{{}, "command"},
+                            {{"fly"}, "fly"},
+                            {{"run", "scene:empty"}, "--out"},
+                            {{"run", "scene:empty", "--out", out, "--frobnicate"}, "--frobnicate"},
+                            {{"run", "scene:empty", "--out", out, "--no\xff"}, R"(--no\xFF)"},
+                            {{"run", "scene:empty", "--out", out, "--device", "abacus"}, "abacus"},
+                            {{"run", "scene:empty", "--out", out, "--device", "cuda:first"}, "cuda:1"},
+                            {{"run", "scene:empty", "--out", out, "--device", "cuda:-1"}, "cuda:1"},
+                            {{"run", "scene:empty", "--out", out, "--set", "grid.lenght_m=3"}, "grid.length_m"},
+                            {{"run", "scene:empty", "--out", out, "--set", "grid.length_m"}, "KEY=VALUE"},
+                            {{"run", "scene:empty", "--out", out, "--set", "no\xff=UTF-8"}, R"(no\xFF)"},
+                            {{"run", "scene:empty", "--out", out, "--set", "grid.length_m=-3"}, "must lie in"},
+                            {{"run", "scene:empty", "--out", out, "--value-scale", "nav2"}, "--value-scale is of"},
+                            {{"run", "scene:empty", "--out", out, "--preset", "nice"}, "preset"},
+                            {{"run", "scene:empty", "--out", out, "--calibration", "x.yaml"}, "scene"},
+                            {{"run", "scene:empty", "--out", out, "--resume", "--video", "x.mp4"}, "--video"}}) {
+    expect_refused(wrong);
   }
   EXPECT_FALSE(fs::exists(out));
 }
@@ -136,12 +131,6 @@ TEST_F(ExitCodes, WhatMayWorkLaterIs75) {
   EXPECT_EQ(run_tool({"run", scene, "--out", folder / "a_file" / "run"}).exit_code, 75);
   EXPECT_THAT(errors_of(75, {"run", scene, "--out", out, "--video", "x.mp4"}, "PATH=/nonexistent"),
               HasSubstr("ffmpeg"));
-}
-
-TEST_F(ExitCodes, HelpAndVersionAre0) {
-  EXPECT_THAT(run_well({"--version"}).output, HasSubstr("stereogrid "));
-  EXPECT_THAT(run_well({"--help"}).output, HasSubstr("Exit codes"));
-  EXPECT_THAT(run_well({"run", "--help"}).output, HasSubstr("--save-stages"));
 }
 
 TEST(Quiet, SaysNothing) {

@@ -49,7 +49,7 @@ void remove_pitch(const fs::path& drive) {
   std::ofstream{file} << text;
 }
 
-void expect_refused(const fs::path& drive, const std::string& said) {
+void expect_useless(const fs::path& drive, const std::string& said) {
   const Outcome info{run_tool({"info", drive})};
   EXPECT_EQ(info.exit_code, 65) << info.output;
   EXPECT_THAT(info.output, AllOf(HasSubstr(said), HasSubstr("cannot be used"), Not(HasSubstr("fine"))));
@@ -71,7 +71,7 @@ TEST_F(UselessInput, InfoSaysWhatIsWrong) {
   // turned twice, the images are as they were
   const fs::path input{drive(folder, 2)};
   replace_pairs(input, upside_down);
-  expect_refused(input, "upside down");
+  expect_useless(input, "upside down");
   replace_pairs(input, upside_down);
   for (const Case& wrong :
        std::vector<Case>{{rows_off, "vertical misalignment: the right image lies about 12 rows too high"},
@@ -79,7 +79,7 @@ TEST_F(UselessInput, InfoSaysWhatIsWrong) {
                          {black, "black or without texture"}}) {
     SCOPED_TRACE(wrong.said);
     replace_pairs(input, wrong.replace);
-    expect_refused(input, wrong.said);
+    expect_useless(input, wrong.said);
   }
 }
 
@@ -96,9 +96,9 @@ TEST_F(UselessInput, InfoNoticesImagesTurnedByAQuarter) {
     }
   };
   replace_pairs(input, turn);
-  expect_refused(input, "turned by 90°: they match when both are turned clockwise");
+  expect_useless(input, "turned by 90°: they match when both are turned clockwise");
   for (int i{0}; i < 2; ++i) replace_pairs(input, turn);
-  expect_refused(input, "turned by 90°: they match when both are turned counterclockwise");
+  expect_useless(input, "turned by 90°: they match when both are turned counterclockwise");
 }
 
 /// One of ROS's files; the right camera is turned by 3°, so that rectification moves rows.
@@ -119,8 +119,8 @@ TEST_F(UselessInput, InfoNoticesImagesThatWouldBeRectifiedTwice) {
   std::ofstream{input / "left.yaml"} << ros_file(true);
   std::ofstream{input / "right.yaml"} << ros_file(false);
   fs::remove(input / "calibration.yaml");
-  expect_refused(input, "these are rectified already");
-  expect_refused(input, "'images: rectified'");
+  expect_useless(input, "these are rectified already");
+  expect_useless(input, "'images: rectified'");
   std::ofstream{input / "calibration.yaml"} << "from: left.yaml\nimages: rectified\nmount: {camera_height_m: 1.25}\n";
   EXPECT_THAT(run_well({"info", input}).output, AllOf(HasSubstr("found in 2 of 2 frames"), HasSubstr("fine")));
 }
@@ -129,7 +129,7 @@ TEST_F(UselessInput, InfoNoticesSidesThatAreSwappedLater) {
   const fs::path input{drive(folder, 4)};
   replace_pairs(
       input, [](Grey& left, Grey& right) { std::swap(left, right); }, 1);
-  expect_refused(input, "swapped");
+  expect_useless(input, "swapped");
 }
 
 TEST_F(UselessInput, InfoNoticesThatTheRightImagesAreLate) {
@@ -152,7 +152,7 @@ TEST_F(UselessInput, InfoNoticesThatTheLeftImagesAreTwoFramesLate) {
     for (const char* name : {"000000.png", "000001.png"}) fs::remove(input / side / name);
   }
   fs::remove(input / "poses.csv");
-  expect_refused(input, "the left images are 2 frames late");
+  expect_useless(input, "the left images are 2 frames late");
 }
 
 TEST_F(UselessInput, InfoNoticesACameraThatHasStopped) {
@@ -184,7 +184,7 @@ TEST_F(UselessInput, InfoNoticesOneMirroredImage) {
   replace_pairs(input, [](Grey& left, Grey&) {
     for (int v{0}; v < left.height(); ++v) std::reverse(left.row(v), left.row(v) + left.width());
   });
-  expect_refused(input, "the left image is mirrored");
+  expect_useless(input, "the left image is mirrored");
 }
 
 TEST_F(UselessInput, InfoNoticesInvertedPoses) {
@@ -268,8 +268,8 @@ TEST_F(UselessInput, InfoNoticesDistancesInPlaceOfDepths) {
 TEST_F(UselessInput, ARoadThatIsNotFoundIsSaid) {
   const fs::path input{drive(folder, 3, "&pitch_deg=8")};
   remove_pitch(input);
-  expect_refused(input, "found in 0 of 3 frames");
-  expect_refused(input, "extrinsics_disagree: a plane in view does not fit the extrinsics, which are kept");
+  expect_useless(input, "found in 0 of 3 frames");
+  expect_useless(input, "extrinsics_disagree: a plane in view does not fit the extrinsics, which are kept");
   const Outcome run{run_well({"run", input, "--out", folder / "run", "--set", "grid.length_m=10"})};
   EXPECT_THAT(run.errors, AllOf(HasSubstr("in 3 of 3 frames the ground plane is unknown"),
                                 HasSubstr("pitch 0.0°, roll 0.0° in use"),

@@ -26,20 +26,31 @@ std::vector<float> ringed_sweep() {
   return scan;
 }
 
-/// Writes a drive of three frames in KITTI's odometry form over an empty road; the first and the last have a sweep. In
-/// it every second one of the upper rings, the odd ones, meets a wall 8 m ahead, which the images do not show.
-void put_lidar_drive(const fs::path& drive) {
-  run_well({"simulate", small_scene("empty", "&frames=3&focal=80&baseline=0.5&camera_height=1.65"), "--out",
-            drive / "plain"});
+/// Writes a drive over an empty road in KITTI's odometry form, without extrinsics, in which the images show no wall;
+/// `scan` is the sweep of the frames `swept`, of a level lidar at the camera's place.
+void put_drive(const fs::path& drive, int focal_px, double camera_height_m, double pitch_deg,
+               const std::vector<float>& scan, const std::vector<bool>& swept) {
+  std::ostringstream scene;
+  scene << "scene:empty?width=" << 2 * focal_px << "&height=" << focal_px * 5 / 4 << "&frames=" << swept.size()
+        << "&focal=" << focal_px << "&baseline=0.5&camera_height=" << camera_height_m << "&pitch_deg=" << pitch_deg;
+  run_well({"simulate", scene.str(), "--out", drive / "plain"});
   fs::create_directories(drive / "velodyne");
   fs::rename(drive / "plain" / "left", drive / "image_0");
   fs::rename(drive / "plain" / "right", drive / "image_1");
-  std::ofstream{drive / "calib.txt"} << "P0: 80 0 80 0 0 80 50 0 0 0 1 0\nP1: 80 0 80 -40 0 80 50 0 0 0 1 0\n"
-                                        "Tr: 0 -1 0 0 0 0 -1 0 1 0 0 0\n";
-  std::ofstream{drive / "times.txt"} << "0.0\n0.1\n0.2\n";
-  const std::vector<float> scan{ringed_sweep()};
-  for (const char* name : {"000000", "000002"}) {
-    std::ofstream file{drive / "velodyne" / (std::string{name} + ".bin"), std::ios::binary};
+  std::ofstream calibration{drive / "calib.txt"};
+  for (const int camera : {0, 1}) {
+    calibration << "P" << camera << ": " << focal_px << " 0 " << focal_px << " " << -camera * focal_px / 2 << " 0 "
+                << focal_px << " " << focal_px * 5 / 8 << " 0 0 0 1 0\n";
+  }
+  // y = c·(−z) − s·x, z = s·(−z) + c·x of the pitched camera
+  const double s{std::sin(pitch_deg / 57.29577951308232)};
+  const double c{std::cos(pitch_deg / 57.29577951308232)};
+  calibration << "Tr: 0 -1 0 0 " << -s << " 0 " << -c << " 0 " << c << " 0 " << -s << " 0\n";
+  std::ofstream times{drive / "times.txt"};
+  for (std::size_t i{0}; i < swept.size(); ++i) {
+    times << 0.1 * static_cast<double>(i) << "\n";
+    if (!swept[i]) continue;
+    std::ofstream file{drive / "velodyne" / ("00000" + std::to_string(i) + ".bin"), std::ios::binary};
     file.write(reinterpret_cast<const char*>(scan.data()), static_cast<std::streamsize>(scan.size() * sizeof(float)));
   }
 }
@@ -48,7 +59,7 @@ class Fusion : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = new TemporaryFolder;
-    put_lidar_drive(*folder_ / "drive");
+    put_drive(*folder_ / "drive", 80, 1.65, 0, ringed_sweep(), {true, false, true});
   }
   static void TearDownTestSuite() { delete folder_; }
   static std::string drive() { return (*folder_ / "drive").string(); }
@@ -58,11 +69,12 @@ class Fusion : public ::testing::Test {
 
 TemporaryFolder* Fusion::folder_{nullptr};
 
-float largest_ahead(const fs::path& run, const std::string& name) {
+/// Maximum of the observed grid's row straight ahead, `from_m` to `to_m`.
+float largest_ahead(const fs::path& run, const std::string& name, double from_m = 7, double to_m = 9) {
   const Arrays grids{io::read_npz(run / "grids" / (name + ".npz"))};
   const auto cells{grids.at("observed").to_image<float>()};
   const float* const row{cells.row(cells.height() / 2)};
-  return *std::max_element(row + 35, row + 45);  // 7 to 9 m ahead, cells of 0.2 m
+  return *std::max_element(row + std::lround(from_m / 0.2), row + std::lround(to_m / 0.2));
 }
 
 TEST_F(Fusion, PutsTheLidarsObstaclesIntoTheGrid) {
@@ -138,7 +150,7 @@ TEST_F(Fusion, SaysWhatIsMissing) {
 
 constexpr double camera_height_m{1.2};
 
-/// Sweep of a level lidar at the camera's place: a road, and a wall of 4 m 8 m ahead, as (x, y, z).
+/// A road, and a wall of 4 m 8 m ahead, as (x, y, z).
 std::vector<float> sweep() {
   std::vector<float> scan;
   const auto add = [&](double x, double y, double z) {
@@ -153,27 +165,9 @@ std::vector<float> sweep() {
   return scan;
 }
 
-/// A drive of six frames in KITTI's form, without extrinsics, with the sweep in each.
+/// Six frames, with the sweep in each.
 void put_drive(const fs::path& drive, double pitch_deg) {
-  const std::string pitch{std::to_string(pitch_deg)};
-  run_well({"simulate",
-            "scene:empty?width=320&height=200&frames=6&focal=160&baseline=0.5&camera_height=1.2&pitch_deg=" + pitch,
-            "--out", drive / "plain"});
-  fs::create_directories(drive / "velodyne");
-  fs::rename(drive / "plain" / "left", drive / "image_0");
-  fs::rename(drive / "plain" / "right", drive / "image_1");
-  const double s{std::sin(pitch_deg / 57.29577951308232)};
-  const double c{std::cos(pitch_deg / 57.29577951308232)};
-  // y = c·(−z) − s·x, z = s·(−z) + c·x of the pitched camera
-  std::ofstream{drive / "calib.txt"} << "P0: 160 0 160 0 0 160 100 0 0 0 1 0\nP1: 160 0 160 -80 0 160 100 0 0 0 1 0\n"
-                                     << "Tr: 0 -1 0 0 " << -s << " 0 " << -c << " 0 " << c << " 0 " << -s << " 0\n";
-  std::ofstream times{drive / "times.txt"};
-  const std::vector<float> scan{sweep()};
-  for (int i{0}; i < 6; ++i) {
-    times << 0.1 * i << "\n";
-    std::ofstream file{drive / "velodyne" / ("00000" + std::to_string(i) + ".bin"), std::ios::binary};
-    file.write(reinterpret_cast<const char*>(scan.data()), static_cast<std::streamsize>(scan.size() * sizeof(float)));
-  }
+  put_drive(drive, 160, camera_height_m, pitch_deg, sweep(), std::vector<bool>(6, true));
 }
 
 class FoundExtrinsics : public ::testing::Test {
@@ -193,14 +187,6 @@ class FoundExtrinsics : public ::testing::Test {
 };
 
 TemporaryFolder* FoundExtrinsics::folder_{nullptr};
-
-/// Maximum of the observed grid's row straight ahead, `from_m` to `to_m`.
-float largest_ahead(const fs::path& run, const std::string& name, double from_m, double to_m) {
-  const Arrays grids{io::read_npz(run / "grids" / (name + ".npz"))};
-  const auto cells{grids.at("observed").to_image<float>()};
-  const float* const row{cells.row(cells.height() / 2)};
-  return *std::max_element(row + std::lround(from_m / 0.2), row + std::lround(to_m / 0.2));
-}
 
 TEST_F(FoundExtrinsics, StandsInTheLinesOfTheFrames) {
   const std::vector<Json> lines = lines_of(alone());  // no braces: they would make a list of it

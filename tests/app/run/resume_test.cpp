@@ -68,11 +68,17 @@ Outcome sit(const fs::path& run, const std::string& frames, const std::vector<st
 struct Way {
   const char* name;
   std::vector<std::string> options;
+  const char* second;  ///< from where it continues the second time
 };
 
-// Continues from the last saved state, or from the first frame, with the same results.
+// Continues from the last saved state, or from the first frame, with the same results. With --every 4 the states that
+// are due after 6, 13, 20, 27 and 34 are saved with the next frame that is written.
 TEST_F(Resume, OfALongRunGoesOnExactly) {
-  for (const Way& way : {Way{"poses", {}}, Way{"odometry", {"--poses", "odometry"}}}) {
+  const char* const last{"frame 38, from the state after frame 34"};
+  const char* const last_sparse{"frame 37, from the state after frame 36"};
+  for (const Way& way : {Way{"poses", {}, last}, Way{"odometry", {"--poses", "odometry"}, last},
+                         Way{"sparse poses", {"--every", "4"}, last_sparse},
+                         Way{"sparse odometry", {"--every", "4", "--poses", "odometry"}, last_sparse}}) {
     SCOPED_TRACE(way.name);
     const auto options = [&](const char* every) {
       std::vector<std::string> words{way.options};
@@ -85,7 +91,7 @@ TEST_F(Resume, OfALongRunGoesOnExactly) {
     sit(whole, ":", options("100"));
     sit(saved, ":24", options("7"));
     EXPECT_THAT(sit(saved, ":37", options("7")).errors, HasSubstr("frame 25, from the state after frame 20"));
-    EXPECT_THAT(sit(saved, ":", options("7")).errors, HasSubstr("frame 38, from the state after frame 34"));
+    EXPECT_THAT(sit(saved, ":", options("7")).errors, HasSubstr(way.second));
     expect_equal_runs(whole, saved);
     sit(unsaved, ":36", options("0"));
     EXPECT_THAT(sit(unsaved, ":", options("0")).errors, HasSubstr("processing from frame 0 again"));
@@ -109,19 +115,10 @@ std::vector<std::string> lock_command(const fs::path& out, const std::string& fr
   return {"run", small_scene("street", "&frames=400"), "--out", out, "--frames", frames, more};
 }
 
-/// Waits for a finished frame: the process that `writes` is in the midst of its run.
-void wait_for_a_frame(const fs::path& run) {
-  const auto deadline{std::chrono::steady_clock::now() + std::chrono::seconds{60}};
-  while (text_of(run / "frames.jsonl").empty() && std::chrono::steady_clock::now() < deadline) {
-    std::this_thread::sleep_for(std::chrono::milliseconds{5});
-  }
-  ASSERT_NE(text_of(run / "frames.jsonl"), "");
-}
-
 TEST_F(Lock, KeepsASecondRunOut) {
   const fs::path out{folder / "run"};
   const Process first{lock_command(out, ":")};
-  wait_for_a_frame(out);
+  wait_for_frames(out, 1);
   for (const char* flag : {"--resume", "--quiet"}) {
     EXPECT_THAT(errors_of(75, lock_command(out, ":", flag)),
                 AllOf(HasSubstr("another stereogrid is writing to " + out.string()),
@@ -132,7 +129,7 @@ TEST_F(Lock, KeepsASecondRunOut) {
 TEST_F(Lock, OfAKilledRunIsInNobodysWay) {
   const fs::path out{folder / "run"};
   Process first{lock_command(out, ":")};
-  wait_for_a_frame(out);
+  wait_for_frames(out, 1);
   first.send(SIGKILL);
   EXPECT_EQ(first.wait(), 128 + SIGKILL);
   const std::size_t frames{std::min(lines_of(out).size() + 1, std::size_t{399})};

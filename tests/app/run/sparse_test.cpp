@@ -48,30 +48,6 @@ TEST_F(Sparse, FramesAreThoseOfTheWholeRun) {
   EXPECT_THAT(run_tool({"evaluate", folder / "none"}).errors, HasSubstr("has no frames"));
 }
 
-TEST_F(Sparse, GoesOnExactly) {
-  for (const bool odometry : {false, true}) {
-    const std::string kind{odometry ? "odometry" : "poses"};
-    const auto options = [&](const char* frames, const char* checkpoints) {
-      std::vector<std::string> words{"--every", "4", "--resume", "--frames", frames, "--checkpoint-every", checkpoints};
-      if (odometry) words.insert(words.end(), {"--poses", "odometry"});
-      return words;
-    };
-    const fs::path whole{folder / kind / "whole"};
-    run_well(street(whole, options(":", "100")));
-    const fs::path parts{folder / kind / "parts"};
-    run_well(street(parts, options(":18", "5")));
-    // due after 4, 9 and 14, and with the frames that are written then
-    EXPECT_THAT(run_well(street(parts, options(":30", "5"))).errors, HasSubstr("from the state after frame 16"));
-    EXPECT_THAT(run_well(street(parts, options(":", "5"))).errors, HasSubstr("from the state after frame 24"));
-    EXPECT_EQ(indices_of(parts).size(), 10U);
-    expect_equal_runs(whole, parts);
-    const fs::path unsaved{folder / kind / "unsaved"};
-    run_well(street(unsaved, options(":21", "0")));
-    run_well(street(unsaved, options(":", "0")));
-    expect_equal_runs(whole, unsaved);
-  }
-}
-
 TEST_F(Sparse, GoesOnWithItsOwnSettingsOnly) {
   run_well(street(folder / "run", {"--every", "4", "--layers", "velocity,occupancy", "--frames", ":4"}));
   const auto other = [&](const char* every, const char* layers) {
