@@ -191,8 +191,6 @@ TEST(images_of_a_few_pixels_equal_the_reference) {
   for (int index{0}; index < 3; ++index) pair.run(street.frame(index));
 }
 
-// The camera is pitched more than the road hypothesis reaches: the frame is searched and matched again.
-// The pause after a search that failed is counted in frames, found ones too, on every back end.
 TEST(one_is_constructed_while_another_thread_records_a_graph) {
   const Street street{small_rig()};
   Runner alone{std::make_unique<CudaStages>(small_config(), small_rig()), small_config(), small_rig()};

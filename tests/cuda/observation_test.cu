@@ -15,7 +15,6 @@
 #include "observation/rays/rays.hpp"
 #include "observation/u_disparity/cuda.hpp"
 #include "obstacles/segmentation/cuda.hpp"
-#include "terrain/cuda.hpp"
 
 namespace stereogrid::test {
 namespace {
@@ -184,88 +183,6 @@ TEST(nodes_of_obstacles_are_those_of_the_cpu) {
     found += expected.size();
   }
   CHECK(found > 4000);
-}
-
-TEST(medians_of_sectors_are_those_of_the_definition) {
-  Random random{43};
-  for (int round{0}; round < 30; ++round) {
-    const Rig rig{random.whole(1, 150), random.whole(1, 70), 100, 50, 30, 0.5};
-    Matches matches{rig.width_px, rig.height_px};
-    for (int v{0}; v < rig.height_px; ++v) {
-      for (int u{0}; u < rig.width_px; ++u) {
-        Image<float>& image{random.happens(0.5) ? matches.obstacle : matches.road};
-        if (random.happens(v % 4 * 0.3)) image(u, v) = static_cast<float>(random.whole(1, 9)) / 4;
-      }
-    }
-    Image<float> expected{rig.height_px, terrain_sectors(rig.width_px)};
-    for (int sector{0}; sector < expected.height(); ++sector) {
-      plain::find_medians(matches.obstacle.view(), matches.road.view(), sector * sector_px, {0, rig.height_px},
-                          expected.row(sector));
-    }
-    Cuda cuda;
-    const DeviceImage<float> obstacle{on_device(cuda, matches.obstacle)};
-    const DeviceImage<float> road{on_device(cuda, matches.road)};
-    TerrainOnDevice terrain{cuda, rig, 9, Rings{1, 1, 1}};
-    find_medians(cuda, obstacle.view(), road.view(), terrain);
-    CHECK_EQUAL(differences(on_host(cuda, terrain.medians), expected), 0);
-  }
-}
-
-// Far walls and lower ground behind edges that run across the sectors, with noise and holes.
-Image<float> random_trenches(const TerrainCamera& camera, int rows, int sectors, double cy_px, int window,
-                             Random& random) {
-  Image<float> medians{rows, sectors};
-  const int wall_rows{random.whole(0, 22)};
-  const double jump_px{wall_rows == 0 ? random.between(0, 8) : 0};
-  const double noise_px{random.between(0, 0.3)};
-  double edge{random.between(0.6, 0.95) * rows};
-  for (int sector{0}; sector < sectors; ++sector, edge += random.between(-1, 1)) {
-    for (int v{0}; v < rows; ++v) {
-      double sum{0};
-      for (int i{-window / 2}; i <= window / 2; ++i) {
-        const int row{v + i};
-        const bool is_wall{row <= edge && row > edge - wall_rows};
-        sum += camera.level_growth(camera.height_m) * ((is_wall ? edge - wall_rows : row) - cy_px) -
-               (row <= edge ? jump_px : 0);
-      }
-      const double there{sum / window + random.between(-noise_px, noise_px)};
-      medians(v, sector) = random.happens(0.1) ? 0 : static_cast<float>(std::max(there, 0.0));
-    }
-  }
-  return medians;
-}
-
-TEST(trenches_are_those_of_the_cpu) {
-  Random random{47};
-  int found{0};
-  for (int round{0}; round < 60; ++round) {
-    const int sectors{random.whole(1, 40)};
-    const int rows{random.whole(20, 300)};
-    const int window{2 * random.whole(1, 8) + 1};
-    const Rig rig{sectors * sector_px, rows, 400, 4.0 * sectors, random.between(0, 0.4 * rows), 0.2};
-    const TerrainCamera camera{rig, Ground{random.between(0.5, 2), random.between(-0.1, 0.1), 0, true}};
-    const TerrainLimits limits{0.15f, 0.36f, 1.8f, 0.25f, static_cast<float>(random.between(0, 0.12))};
-    const SampledGround ground{camera, limits, rig.width_px, rows};
-    const Image<float> medians{random_trenches(camera, rows, sectors, rig.cy_px, window, random)};
-    TrenchFilter filter{rows, sectors, window};
-    filter.begin(ground, medians.view());
-    filter.find_all([](int count, const auto& work) { work(0, count); });
-    filter.connect();
-    Cuda cuda;
-    TerrainOnDevice terrain{cuda, rig, window, Rings{1, 1, 1}};
-    upload(cuda, medians.data(), medians.size(), terrain.medians.data());
-    terrain.frame.ground = ground;
-    for (int frame{0}; frame < 2; ++frame) find_trenches(cuda, terrain);
-    std::vector<std::optional<Trench>> on_gpu(static_cast<std::size_t>(sectors));
-    download(cuda, terrain.trenches.data(), on_gpu.size(), on_gpu.data());
-    cuda.synchronize();
-    for (int sector{0}; sector < sectors; ++sector) {
-      const std::optional<Trench>& expected{std::as_const(filter).at(sector)};
-      CHECK(on_gpu[static_cast<std::size_t>(sector)] == expected);
-      found += expected ? 1 : 0;
-    }
-  }
-  CHECK(found > 300);
 }
 
 struct Scene {
