@@ -18,14 +18,19 @@ Texture::Texture(unsigned seed) {
   for (int wave{0}; wave < 40; ++wave) {
     const double length_px{uniform(generator, 3.5, 25)};
     const double direction{uniform(generator, 0, 2 * pi)};
-    waves_.push_back({2 * pi / length_px * std::cos(direction), 2 * pi / length_px * std::sin(direction),
-                      uniform(generator, 0, 2 * pi)});
+    waves_.push_back({std::cos(direction) / length_px, std::sin(direction) / length_px, uniform(generator, 0, 1)});
   }
 }
 
 double Texture::at(double u, double v) const {
+  constexpr double to_whole{0x1.8p52};
   double sum{0};
-  for (const Wave& wave : waves_) sum += std::sin(wave.per_u * u + wave.per_v * v + wave.phase);
+  for (const Wave& wave : waves_) {
+    const double turns{wave.per_u * u + wave.per_v * v + wave.phase};
+    const double half_turns{2 * (turns - ((turns + to_whole) - to_whole))};  // −1 … 1
+    const double parabola{4 * half_turns * (1 - std::abs(half_turns))};
+    sum += parabola * (0.775 + 0.225 * std::abs(parabola));  // a sine but for 0.001, in a tenth of its time
+  }
   return 100 + 80 * std::tanh(sum / 6);
 }
 
