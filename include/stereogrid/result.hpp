@@ -65,7 +65,7 @@ enum class FrameStatus {
   pose_missing,         ///< no pose: the last motion continues. Before the first pose the vehicle is assumed to be
                         ///< static, and only the first frame has the flag
   pose_jump,            ///< implausible pose change: the pose frame was shifted
-  few_matches,          ///< left and right image hardly match
+  few_matches,          ///< left and right image hardly match, or there is no disparity
   road_unknown,         ///< ground plane not found, or the ground falls away: observed grid and stages are unknown
   extrinsics_disagree,  ///< a plane in view contradicts the extrinsics, which are kept; the warning has both
   too_close,  ///< a tracked obstacle is too close to be matched or fills the view: its last observation is kept

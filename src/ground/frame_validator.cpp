@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "images/patch.hpp"
+#include "matching/checks/external.hpp"
 
 namespace stereogrid {
 namespace {
@@ -56,6 +57,19 @@ bool are_identical(const MatchedFrame& frame) {
     if (!std::equal(frame.left.row(v), frame.left.row(v) + frame.left.width, frame.right.row(v))) return false;
   }
   return true;
+}
+
+bool has_disparities(View<const float> external, int disparities) {
+  for (int v{0}; v < external.height; ++v) {
+    const float* row{external.row(v)};
+    if (std::any_of(row, row + external.width, [&](float d) { return is_usable(d, disparities); })) return true;
+  }
+  return false;
+}
+
+Rejection::Reason reason_of_few(const MatchedFrame& frame) {
+  if (frame.is_external()) return Rejection::no_disparities;
+  return are_identical(frame) ? Rejection::identical_images : Rejection::few_matches;
 }
 
 }  // namespace
@@ -127,7 +141,7 @@ double width_falling_away(const MatchedFrame& frame, const Rig& rig, const RoadP
 }
 
 bool has_few_matches(const MatchedFrame& frame, const Rig& level_rig, const Ground& ground, int disparities) {
-  if (frame.is_external) return false;
+  if (frame.is_external()) return !has_disparities(frame.external, disparities);
   // the horizon may lie below the image
   const double first_row{std::min(horizon_row(level_rig, ground), level_rig.height_px / 2.0)};
   const RoadPlane road{road_plane(level_rig, ground)};
@@ -140,8 +154,7 @@ bool has_few_matches(const MatchedFrame& frame, const Rig& level_rig, const Grou
 
 Rejection check_images(const MatchedFrame& frame, const Rig& level_rig, const Ground& plane, int disparities) {
   Rejection rejection;
-  if (has_few_matches(frame, level_rig, plane, disparities))
-    rejection.reason = are_identical(frame) ? Rejection::identical_images : Rejection::few_matches;
+  if (has_few_matches(frame, level_rig, plane, disparities)) rejection.reason = reason_of_few(frame);
   if (frame.right.empty()) return rejection;
   const PairCounts counts{counts_of(frame)};
   rejection.exposure = exposure_of(counts.left, counts.right);
@@ -157,6 +170,10 @@ void report(const Rejection& rejection, FrameResult& result) {
   } else if (rejection == Rejection::identical_images) {
     add(FrameStatus::few_matches,
         "left and right are the same image, or both are black: the grid is unknown. Give the right camera's image.");
+  } else if (rejection == Rejection::no_disparities) {
+    add(FrameStatus::few_matches,
+        "the frame has no disparity from 0.5 px to matching.disparities: the grid is unknown. Give those of its left "
+        "image, in px.");
   } else if (rejection == Rejection::plane_contradicted) {
     add(FrameStatus::road_unknown,
         "the ground in view contradicts the extrinsics: the grid is unknown. Measure mount.camera_height_m and "

@@ -19,7 +19,9 @@ struct MatchedFrame {
   View<const std::uint8_t> right;  ///< may be empty with external disparities
   const Matches& matches;
   View<const std::uint8_t> masked{};  ///< PixelMask: excluded pixels; empty: none
-  bool is_external{false};            ///< the matches are external disparities
+  View<const float> external{};       ///< external disparities, which the matches are then; empty: none
+
+  [[nodiscard]] bool is_external() const { return !external.empty(); }
 };
 
 /// Reason to reject the matches and the road plane of a frame, and the exposure of its images.
@@ -28,6 +30,7 @@ struct Rejection {
     none,
     few_matches,
     identical_images,
+    no_disparities,
     plane_contradicted,
     ground_not_found,
     camera_rolled,
@@ -58,7 +61,8 @@ double share_of_texture_matched(const MatchedFrame& frame, double first_row, con
                                 const GreyTransfer* right_of_left = nullptr);
 
 /// True where too little of the texture below the horizon of `ground` has matched for a valid pair. Where the exposures
-/// are unequal, only texture visible in both images counts.
+/// are unequal, only texture visible in both images counts. External disparities may be sparse: true where there are
+/// none.
 bool has_few_matches(const MatchedFrame& frame, const Rig& level_rig, const Ground& ground, int disparities);
 
 /// Width of the ground that falls away from `plane` in the vehicle's path (1 m to either side), m. In its columns some
@@ -73,7 +77,8 @@ inline bool falls_away(const MatchedFrame& frame, const Rig& rig, const Ground& 
 
 /// True: the rejection is not one of the images, so that the frame's plane may be used.
 inline bool has_matched(const Rejection& rejection) {
-  return !(rejection == Rejection::few_matches || rejection == Rejection::identical_images);
+  return !(rejection == Rejection::few_matches || rejection == Rejection::identical_images ||
+           rejection == Rejection::no_disparities);
 }
 
 /// Checks the images of a frame: whether they match as those of a valid pair do, and their exposures. `plane`: of the

@@ -108,7 +108,7 @@ void GroundEstimator::gather(const MatchedFrame& frame, int own_from_row, Ground
   samples.last_x = static_cast<float>(rig_.width_px - rig_.cx_px);
   samples.last_y = static_cast<float>(last_row - rig_.cy_px);
   samples.disparities = static_cast<float>(disparities_);
-  samples.noise_px = frame.is_external ? external_noise_px : own_noise_px;
+  samples.noise_px = frame.is_external() ? external_noise_px : own_noise_px;
 }
 
 // Disparities of either hypothesis at the pixels of MatchLattice.

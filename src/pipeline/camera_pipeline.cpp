@@ -141,7 +141,7 @@ TerrainPlace CameraPipeline::place_of(const FrameGrids& grids) const {
 }
 
 MatchedFrame CameraPipeline::matched(const LevelFrame& frame) const {
-  return {frame.left, frame.right, stages_->read(), stages_->mask().view(), frame.has_external_disparity()};
+  return {frame.left, frame.right, stages_->read(), stages_->mask().view(), frame.disparity};
 }
 
 FlowFrame CameraPipeline::flow_frame(const LevelFrame& frame) const {

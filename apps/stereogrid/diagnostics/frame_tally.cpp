@@ -68,16 +68,18 @@ class DriveDiagnosis {
     if (flag == FrameStatus::road_unknown) return report_road();  // also of frames without the flag
     const FrameCount& flagged{tally_.with(flag)};
     if (flagged.frames == 0 || !is_of_images(flag)) return;
-    if (flag == FrameStatus::few_matches) return report_matches(flagged);
+    if (flag == FrameStatus::few_matches) {
+      const auto frame{context_.frame_at(flagged.first.index)};
+      if (!frame || frame->disparity.empty()) return report_matches(flagged, frame);
+      if (const std::string fault{fault_of_scale(*frame, context_)}; !fault.empty()) return say(fault);
+    }
     say(fmt::format("in {} (first: {}): {}: {}", share(flagged), flagged.first.name,
                     names_of(flag)[static_cast<std::size_t>(flag)], text_of(flagged.first, flag)));
   }
 
-  void report_matches(const FrameCount& unmatched) {
+  void report_matches(const FrameCount& unmatched, const std::optional<StereoFrame>& frame) {
     PairFault fault;
-    if (const auto frame{context_.frame_at(unmatched.first.index)}) {
-      fault = fault_of_pair(context_, *frame);
-    }
+    if (frame) fault = fault_of_pair(context_, *frame);
     findings_.are_sides_swapped = fault.is_swapped;
     if (fault.text.empty()) {
       fault.text = unmatched.first.exposure_warning.value_or(

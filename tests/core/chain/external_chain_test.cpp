@@ -227,6 +227,8 @@ TEST(GivenChain, WithoutAnyDisparityNothingIsKnown) {
   frame.disparity.fill(0);
   const FrameResult& result{pipeline.process(frame)};
   EXPECT_FALSE(result.ground.estimated);
+  EXPECT_EQ(result.status, std::vector{FrameStatus::few_matches});
+  EXPECT_EQ(result.speed_limit_mps, 0);
   for (const float p : result.observed) EXPECT_NEAR(p, 0.5, 0.01);
 }
 
