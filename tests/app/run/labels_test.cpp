@@ -167,6 +167,10 @@ TEST_F(Mask, OfTheCalibrationStandsBesideItAndGivesWayToTheCommandLines) {
   run_well({"run", drive, "--out", folder / "other", "--save-stages", "--mask", folder / "other.png"});
   EXPECT_GT(matched_from(folder / "other", masked_from), 300);
   EXPECT_EQ(matched_from(folder / "other", 90), 0);
+
+  put_mask(folder / "inverted.png", 160, 100, 40);
+  EXPECT_THAT(run_well({"info", drive, "--mask", folder / "inverted.png"}).output,
+              AllOf(HasSubstr("60.0 % of the image are not used, the larger part"), HasSubstr("usable")));
 }
 
 TEST_F(Mask, WhatCannotBeOneIsRefused) {
