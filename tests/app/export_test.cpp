@@ -2,6 +2,8 @@
 //
 // Exports equal the content of the run's folder. Maps are loaded by the rules of Nav2's map_server
 // (nav2_map_server/src/map_io.cpp).
+#include <fstream>
+
 #include "stereogrid/frame.hpp"
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/mcap/bag.hpp"
@@ -203,6 +205,9 @@ TEST(Nav2Params, OfARunTakeNoSettings) {
   EXPECT_THAT(errors_of(65, {"nav2-params", folder / "none.yaml"}), HasSubstr("none.yaml"));
   EXPECT_THAT(errors_of(65, {"nav2-params", folder / "run" / "grids"}),
               HasSubstr("grids: is not a run. Give its calibration file"));
+  std::ofstream{folder / "P.txt"} << "P0: 100 0 80 0 0 100 50 0 0 0 1 0\nP1: 100 0 80 -20 0 100 50 0 0 0 1 0\n";
+  EXPECT_THAT(errors_of(65, {"nav2-params", folder / "P.txt"}),
+              HasSubstr("P.txt: does not have the size of the images."));
 }
 
 }  // namespace

@@ -43,6 +43,11 @@ std::string parameters_of_run(const Nav2ParamsOptions& options, messages::Nav2Op
 
 std::string parameters_of_rig(const Nav2ParamsOptions& options, const messages::Nav2Options& nav2) {
   const Rig rig{io::read_calibration(options.input).rig};
+  if (rig.width_px <= 0 || rig.height_px <= 0) {
+    throw InputError{io::printable_path(options.input), "does not have the size of the images.",
+                     "Write a calibration.yaml that names it ('from: FILE') and the size ('image: {width_px: …, "
+                     "height_px: …}'), or give the folder of a run."};
+  }
   const Pipeline pipeline{config_from(options.config), rig, {.threads = 1}};
   return messages::nav2_local_costmap(rig, pipeline.vehicle_grid(), nav2);
 }
