@@ -45,7 +45,7 @@ struct Ground {
   double height_m{1.65};  ///< camera centre above the road
   double pitch_rad{0};    ///< positive: the camera is pitched downwards
   double roll_rad{0};     ///< positive: camera's right side is down relative to the road
-  bool estimated{false};  ///< measured in this frame; false: carried over or taken from the calibration
+  bool estimated{false};  ///< measured in this frame; false: carried over, of the calibration, or a slope in view
 
   // Standard deviations and correlations of the errors; all 0: trusted.
   double height_sigma_m{0};

@@ -129,8 +129,8 @@ class DriveDiagnosis {
           io::mount_line(context_.used));
     }
     return fmt::format(
-        ". It may be out of view, wet or without texture, or the extrinsics in the calibration may be wrong: {:.3g} m "
-        "above the road and a pitch of {:.1f}° (down). Measure them, and give mount.camera_height_m and "
+        ". It may be out of view, wet, without texture or a slope, or the extrinsics in the calibration may be wrong: "
+        "{:.3g} m above the road and a pitch of {:.1f}° (down). Measure them, and give mount.camera_height_m and "
         "mount.camera_pitch_rad.",
         rig.camera_height_m, rig.camera_pitch_rad * degrees);
   }
