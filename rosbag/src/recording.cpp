@@ -271,6 +271,7 @@ bool is_bag(const fs::path& path) {
   if (std::ranges::any_of(of_others, [&](const char* name) { return io::is_folder(path / name); })) {
     return false;
   }
+  if (io::is_there(path / "run.json")) return false;  // results, which may have a recording of them
   return io::is_there(path / "metadata.yaml") || std::ranges::any_of(io::entries_of(path), is_bag_file);
 }
 

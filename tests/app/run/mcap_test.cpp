@@ -104,6 +104,11 @@ TEST_F(RunMcap, ThePictureIsTheLeftImageWithTheRoadInBlue) {
   EXPECT_EQ(blue_in(0, 30), 0) << "the sky";
 }
 
+TEST_F(RunMcap, AFolderOfResultsIsNoInput) {
+  run_well({"run", small_scene("crossing", "&frames=1"), "--out", *folder / "inside", "--mcap"});
+  EXPECT_THAT(errors_of(65, {"info", *folder / "inside"}), HasSubstr("holds results of stereogrid"));
+}
+
 TEST_F(RunMcap, ChangesNothingElse) {
   run_well(
       {"run", small_scene("crossing", "&frames=5"), "--out", *folder / "alone", "--save-stages", "--predict", "0.5"});
