@@ -154,6 +154,7 @@ TEST_F(CalibrationFile, RejectsMissingKeys) {
 
 TEST_F(CalibrationFile, RejectsTypingErrors) {
   expect_refused("c.yaml", rectified("0.22", "basline_m: 3\n"), {"unknown key 'basline_m'", "line 7"});
+  expect_refused("c.yaml", rectified("0.22", "baseline_m: 3\n"), {"has 'baseline_m' again in line 7"});
   expect_refused("c.yaml", rectified("0.22", "baseline_mm: 220\n"), {"line 7. Is 'baseline_m' meant?"});
   expect_refused("c.yaml", rectified("0.22", "focal_length: 4\n"), {"Is 'focal_px' meant?"});
   expect_refused("c.yaml", rectified("0.22 m"), {"'baseline_m' in line 5", "not a number"});

@@ -103,6 +103,7 @@ std::string similar_key(std::string_view key, YamlGroup::Keys known) {
 }  // namespace
 
 void YamlGroup::need_only(Keys known) const {
+  std::vector<std::string> seen;
   for (const auto& item : node_) {
     if (!item.first.IsScalar()) reject("has a key" + place_of(item.first) + " that is not a word.");
     const std::string& key{item.first.Scalar()};
@@ -111,6 +112,9 @@ void YamlGroup::need_only(Keys known) const {
       reject("has an unknown key '" + full(key) + "'" + place_of(item.first) +
              (meant.empty() ? "." : ". Is '" + meant + "' meant?"));
     }
+    if (std::ranges::find(seen, key) != seen.end())
+      reject("has '" + full(key) + "' again" + place_of(item.first) + ".");
+    seen.push_back(key);
   }
 }
 
