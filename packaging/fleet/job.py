@@ -39,7 +39,7 @@ def files_of(paths: "list[str]", content: bool) -> str:
             continue
         files = sorted(filter(os.path.isfile, Path(path).rglob("*"))) if os.path.isdir(path) else [Path(path)]
         if not files or not os.path.exists(path):
-            sys.exit(try_again(f"{path} is missing. Is the file system mounted on this machine?"))
+            sys.exit(try_again(f"{path} is missing or empty. Mount its file system on this machine, or take it out of fleet.yaml."))
         for file in files:
             what = hashlib.sha256(file.read_bytes()).hexdigest() if content else file.stat().st_size
             lines.append(f"{what} {file!s}")
