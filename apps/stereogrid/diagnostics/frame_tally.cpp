@@ -98,7 +98,9 @@ class DriveDiagnosis {
     const bool is_missed{context_.config.ground.estimate && !is_single && every * missed.frames >= tally_.frames};
     if (missed.frames == 0 || (!is_missed && unknown.frames == 0)) return;
     const auto frame{context_.frame_at(missed.first.index)};
-    if (const auto fault{frame ? fault_if_upside_down(*frame, context_) : std::nullopt}) return say(*fault);
+    const bool is_below{has_any(missed.first.status, {FrameStatus::extrinsics_disagree})};  // the ground in view
+    if (const auto fault{frame && !is_below ? fault_if_upside_down(*frame, context_) : std::nullopt})
+      return say(*fault);
     if (const std::string fault{frame ? fault_of_scale(*frame, context_) : ""}; !fault.empty()) return say(fault);
     if (const auto fault{frame ? fault_of_view(*frame, context_) : std::nullopt}) return say(*fault);
     if (const auto fault{frame ? fault_of_residual(*frame) : std::nullopt}) return say(*fault);

@@ -42,10 +42,10 @@ Grey turned(const Grey& image) {
   return result;
 }
 
-void remove_pitch(const fs::path& drive) {
+void set_pitch(const fs::path& drive, const std::string& rad) {
   const fs::path file{drive / "calibration.yaml"};
   const std::string text{
-      std::regex_replace(text_of(file), std::regex{"camera_pitch_rad: [-0-9.]+"}, "camera_pitch_rad: 0")};
+      std::regex_replace(text_of(file), std::regex{"camera_pitch_rad: [-0-9.]+"}, "camera_pitch_rad: " + rad)};
   std::ofstream{file} << text;
 }
 
@@ -81,6 +81,13 @@ TEST_F(UselessInput, InfoSaysWhatIsWrong) {
     replace_pairs(input, wrong.replace);
     expect_useless(input, wrong.said);
   }
+}
+
+TEST_F(UselessInput, AWrongSignOfThePitchIsNotAnImageUpsideDown) {
+  const fs::path input{drive(folder, 1, "&pitch_deg=15")};
+  set_pitch(input, "-0.262");
+  expect_useless(input, "pitch 15.");
+  EXPECT_THAT(run_tool({"info", input}).output, Not(HasSubstr("upside down")));
 }
 
 TEST_F(UselessInput, InfoNoticesImagesTurnedByAQuarter) {
@@ -267,7 +274,7 @@ TEST_F(UselessInput, InfoNoticesDistancesInPlaceOfDepths) {
 
 TEST_F(UselessInput, ARoadThatIsNotFoundIsSaid) {
   const fs::path input{drive(folder, 3, "&pitch_deg=8")};
-  remove_pitch(input);
+  set_pitch(input, "0");
   expect_useless(input, "found in 0 of 3 frames");
   expect_useless(input, "extrinsics_disagree: a plane in view does not fit the extrinsics, which are kept");
   const Outcome run{run_well({"run", input, "--out", folder / "run", "--set", "grid.length_m=10"})};
