@@ -76,8 +76,12 @@ GroundWorkspace::GroundWorkspace(const Rig& level_rig) : blocks(blocks_of(level_
   search.reserve(most);
 }
 
-GroundEstimator::GroundEstimator(const Rig& level_rig, const GroundConfig& config, int disparities, double turned_rad)
-    : rig_{level_rig}, config_{config}, disparities_{disparities}, turned_rad_{turned_rad} {}
+GroundEstimator::GroundEstimator(const Rig& level_rig, const Config& config, double turned_rad)
+    : rig_{level_rig},
+      config_{config.ground},
+      disparities_{config.matching.disparities},
+      step_m_{config.vehicle.step_max_m},
+      turned_rad_{turned_rad} {}
 
 Ground GroundEstimator::expected(const GroundState& state, double dt_s) const {
   if (!config_.estimate) return state.extrinsics;
@@ -324,16 +328,20 @@ bool GroundEstimator::is_within_gates(const Ground& extrinsics, const Ground& pl
          std::abs(plane.roll_rad - extrinsics.roll_rad) <= radians(config_.roll_gate_deg);
 }
 
-// True: the plane `seen` meets that of the extrinsics between the vehicle and the nearest visible ground.
+// True: ground without a jump leads to the nearest visible ground of the plane `seen`. Its slope begins before it, or
+// the ground turns into it there, as steeply to the other side and with a step at most: a crest or a dip.
 bool GroundEstimator::is_slope_ahead(const Ground& extrinsics, const Ground& seen) const {
   constexpr double steepest{radians(20)};
-  constexpr double bend{1.25};  // a slope begins gently
   const double turn{seen.pitch_rad - extrinsics.pitch_rad};
-  const double nearest_px{road_plane(rig_, seen).disparity(rig_.cx_px, rig_.height_px)};
+  const double slope{std::tan(std::abs(turn))};
+  const double nearest_m{rig_.focal_px * rig_.baseline_m /
+                         road_plane(rig_, seen).disparity(rig_.cx_px, rig_.height_px)};
+  // rise of the plane at the nearest visible ground, in the direction of its slope
+  const double below_m{seen.height_m / std::cos(turn) - extrinsics.height_m};
+  const double rise_m{slope * nearest_m - std::copysign(below_m, turn * below_m)};
   // a turned camera sees the road meet its plane at height·tan(turn/2) ahead
-  const double begin_m{(seen.height_m - extrinsics.height_m * std::cos(turn)) / std::sin(turn)};
-  return std::abs(turn) <= steepest && 4 * begin_m >= extrinsics.height_m &&
-         begin_m * nearest_px <= bend * rig_.focal_px * rig_.baseline_m;
+  return std::abs(turn) <= steepest && rise_m >= -(slope * nearest_m + step_m_) &&
+         rise_m <= slope * (nearest_m - extrinsics.height_m / 4);
 }
 
 // True: part of the nearest half is outside the range of the road hypothesis on `before`.

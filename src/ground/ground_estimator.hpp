@@ -86,7 +86,7 @@ struct GroundWorkspace {
 class GroundEstimator {
  public:
   /// `turned_rad`: pitch of the camera relative to the levelled images of `level_rig`, positive downwards.
-  GroundEstimator(const Rig& level_rig, const GroundConfig& config, int disparities, double turned_rad);
+  GroundEstimator(const Rig& level_rig, const Config& config, double turned_rad);
 
   /// Plane of a frame `dt_s` after the state, for the road hypothesis of the matcher. `assumed`: a plane that is not in
   /// view, so that every pixel is matched as upright.
@@ -125,6 +125,7 @@ class GroundEstimator {
   Rig rig_;
   GroundConfig config_;
   int disparities_;
+  double step_m_;
   double turned_rad_;
 };
 

@@ -18,7 +18,7 @@ CameraPipeline::CameraPipeline(CameraSetup setup, Cpu& cpu)
       turned_rad_{setup.turned_rad},
       cpu_{cpu},
       stages_{std::move(setup.stages)},
-      estimator_{rig_, config_.ground, config_.matching.disparities, turned_rad_},
+      estimator_{rig_, config_, turned_rad_},
       first_ground_{first_ground(extrinsics_of(rig_), setup.mode)},
       state_{config_, rig_, first_ground_, Window{vehicle_grid_of(config_.grid)}.cells()},
       ground_space_{rig_},

@@ -11,9 +11,15 @@ namespace {
 
 constexpr double dt_s{0.1};
 
+Config config_of(int disparities) {
+  Config config;
+  config.matching.disparities = disparities;
+  return config;
+}
+
 struct Frames {
   Rig rig{scene_rig()};
-  GroundEstimator estimator{rig, GroundConfig{}, 128, 0};
+  GroundEstimator estimator{rig, config_of(128), 0};
   GroundWorkspace space{rig};
 
   GroundFit fit(const GroundState& state, const GroundScene& scene, unsigned seed = 1) {
@@ -154,6 +160,21 @@ TEST(GroundEstimator, GivenLearnsWithinItsBounds) {
   EXPECT_TRUE(state.plane.estimated);
   EXPECT_NEAR(state.plane.height_m, 1.2, 0.02);
   EXPECT_GE(state.extrinsics.height_m, 1.2 * 1.08 * 0.94 - 1e-9);
+}
+
+// From a crest the nearest ground falls to both sides, from a dip it rises. Lower ground that falls may be behind an
+// edge.
+TEST(GroundEstimator, CrestsAndDipsAreSlopesAhead) {
+  Frames frames;
+  GroundState state{first_ground({1.2, 0.2, 0}, GroundMode::given)};
+  state.agreeing = agreeing_min;
+  for (const auto& [floor, is_slope] :
+       {std::pair{Ground{1.0, 0.12, 0}, true}, std::pair{Ground{1.35, 0.26, 0}, true},
+        std::pair{Ground{1.5, 0.14, 0}, false}, std::pair{Ground{0.8, 0.2, 0}, false}}) {
+    const GroundFit fit{frames.fit(state, {.floor = floor})};
+    EXPECT_EQ(fit.slope.has_value(), is_slope) << floor.height_m;
+    EXPECT_EQ(fit.disagreeing.has_value(), !is_slope) << floor.height_m;
+  }
 }
 
 TEST(GroundEstimator, CoastsOnTheExtrinsicsWhereTheGroundIsHidden) {
