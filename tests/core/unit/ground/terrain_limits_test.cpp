@@ -125,6 +125,31 @@ TEST(CellRules, BoundTheObservedOccupancy) {
   }
 }
 
+// A bar below the image is not in view.
+TEST(Terrain, LowObstaclesAreInViewFromTheLowestRowToTheLastSamples) {
+  const Vehicle vehicle{car()};
+  const Rig& rig{vehicle.rig};
+  const Window window{vehicle.grid};
+  const GridGeometry cells{window.at({})};
+  Ground ground;
+  ground.height_m = rig.camera_height_m;
+  constexpr float checked_m{6};
+  LowModel model{rig, vehicle.limits, cells.cell_size_m, window.cells(), 9, 64};
+  model.begin(TerrainCamera{rig, ground}, grid_in_vehicle(cells, {}), checked_m);
+  const double nearest_m{rig.camera_height_m * rig.focal_px / (rig.height_px - 1 - rig.cy_px)};
+  int seen{0};
+  for (int iy{0}; iy < cells.ny; ++iy) {
+    for (int ix{0}; ix < cells.nx; ++ix) {
+      const Point2 at{cells.centre(ix, iy)};
+      const double u{rig.cx_px - rig.focal_px * at.y / at.x};
+      const bool is_seen{at.x >= nearest_m && at.x < checked_m && u >= 0 && u < rig.width_px};
+      EXPECT_EQ(model.is_in_view(ix, iy), is_seen) << at.x << ' ' << at.y;
+      seen += is_seen ? 1 : 0;
+    }
+  }
+  EXPECT_GT(seen, 100);
+}
+
 /// The stage of frames with a height field ahead.
 struct FrameOf {
   explicit FrameOf(const HeightField& height) {
