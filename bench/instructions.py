@@ -24,9 +24,9 @@ STAGES = {
     "frame": "FramePipeline::process(", "match": "HostStages<stereogrid::Cpu>::match(",
     "– correlation": "stereogrid::correlate_band(", "– decision": "stereogrid::classify_row(",
     "ground": "CameraPipeline::fit_ground(", "terrain": "CameraPipeline::find_terrain(",
-    "checks, segments": "CameraPipeline::check(", "features": "CameraPipeline::track_features(",
-    "observed grid": "HostStages<stereogrid::Cpu>::observe(", "filter": "HostStages<stereogrid::Cpu>::filter(",
-    "tracks": "FramePipeline::update_tracks("}
+    "checks": "CameraPipeline::check(", "segments": "CameraPipeline::find_segments(",
+    "features": "CameraPipeline::track_features(", "observed grid": "HostStages<stereogrid::Cpu>::observe(",
+    "filter": "HostStages<stereogrid::Cpu>::filter(", "tracks": "FramePipeline::update_tracks("}
 
 
 def count(*program: str) -> tuple:

@@ -31,6 +31,7 @@ void CameraPipeline::begin(CameraFrame& now) {
   now.result.has_images = true;
   now.has_own_changed = find_own_surface(frame);
   stages_->match(frame, now.grids, state_.alignment, {now.expected});  // III-C, or external disparities
+  if (state_.terrain) state_.terrain->move(place_of(now.grids));
   if (frame.has_external_disparity()) {
     std::string excess{excess_of(frame.disparity, config_.matching.disparities)};
     if (!excess.empty()) now.result.warnings.push_back({std::move(excess)});
@@ -73,12 +74,17 @@ Rejection CameraPipeline::check(CameraFrame& now) {
     const ScopedTimer timer{now.times.ground};
     stages_->finish_ground(*state_.terrain, now.result);
   }
-  if (!(rejection == Rejection::none)) return rejection;
-  const ScopedTimer timer{now.times.track};
-  const Relief<Host> relief{state_.terrain ? state_.terrain->rules().relief : Relief<Host>{}};
-  find_segments(stages_->find_nodes(ground.plane, relief), ground.plane, relief, now.frame.world_from_camera,
-                state_.scene_flow.vectors(), clusters_);
   return rejection;
+}
+
+void CameraPipeline::find_segments(CameraFrame& now) {
+  clusters_.clusters.clear();
+  if (!now.is_usable()) return;
+  const ScopedTimer timer{now.times.track};
+  const Ground& plane{now.ground.plane};
+  const Relief<Host> relief{state_.terrain ? state_.terrain->rules().relief : Relief<Host>{}};
+  stereogrid::find_segments(stages_->find_nodes(plane, relief), plane, relief, now.frame.world_from_camera,
+                            state_.scene_flow.vectors(), clusters_);
 }
 
 void CameraPipeline::settle(CameraFrame& now, const Rejection& checked) {
@@ -112,7 +118,6 @@ void CameraPipeline::end(const CameraFrame& now) {
 }
 
 void CameraPipeline::find_clusters(const GridLayers& world, const CameraFrame& now) {
-  clusters_.clusters.clear();
   if (!now.is_usable()) return;
   const std::span<const EdgePoint> edges{state_.terrain ? state_.terrain->edges() : std::span<const EdgePoint>{}};
   make_clusters(world, now.frame.world_from_camera, state_.scene_flow.vectors(),
@@ -196,7 +201,7 @@ TerrainRules CameraPipeline::find_terrain(CameraFrame& now) {
   if (!state_.terrain) return {};
   const ScopedTimer timer{now.times.ground};
   FrameTerrain& terrain{*state_.terrain};
-  terrain.begin(now.ground.plane, now.ground.matched_on(), place_of(now.grids));
+  terrain.begin(now.ground.plane, now.ground.matched_on());
   terrain.set_noise(stages_->begin_walk(terrain.walk_frame()));
   stages_->begin_low_obstacles(terrain.begin_low_obstacles(), terrain.noise_px());
   stages_->find_ground(terrain, now.result);

@@ -94,8 +94,10 @@ class CameraPipeline {
   void look_at_nothing(const FrameGrids& grids);
   /// Occupancy of both grids by the frame (IV, V-A). False: both are unknown.
   void observe(const CameraFrame& now, bool is_usable);
-  /// Checks the frame, and finds the segments of a usable one. May run beside observe().
+  /// Checks the frame. May run beside observe().
   [[nodiscard]] Rejection check(CameraFrame& now);
+  /// Segments of a usable frame. May run beside publish().
+  void find_segments(CameraFrame& now);
   /// Decides about the ground.
   void settle(CameraFrame& now, const Rejection& checked);
   /// Densities, stages, ground and conditions of the camera's result.

@@ -83,7 +83,13 @@ std::span<const NewExtrinsics> FramePipeline::process(const FrameSet& frame, Fra
   for (CameraFrame& now : now_) of(now).settle(now, now.rejection);
   // again from the state before the frame
   if (std::ranges::any_of(now_, [](const CameraFrame& now) { return !now.is_usable(); })) filter(grids, true, result);
-  publish(grids, result);
+  find_terrains();
+  cpu_.together(
+      [&] {
+        if (FrameTerrain* const common{at(0).terrain()}) common->remember_elevation(terrains_, result);
+        for_cameras([](CameraPipeline& camera, CameraFrame& now) { camera.find_segments(now); });
+      },
+      [&] { publish(grids, result); });
 
   new_extrinsics_.clear();
   for (CameraFrame& now : now_) {
@@ -197,7 +203,15 @@ std::span<const RetainedCell> FramePipeline::held_cells(bool is_checked) {
   return held_.cells;
 }
 
-// Completes the result but for its obstacles. The grids are final from here on.
+// Terrains of usable frames.
+void FramePipeline::find_terrains() {
+  terrains_.clear();
+  for (const CameraFrame& now : now_) {
+    if (now.is_usable() && of(now).terrain() != nullptr) terrains_.push_back(of(now).terrain());
+  }
+}
+
+// Completes the result but for its obstacles and elevations. The grids are final from here on.
 void FramePipeline::publish(const FrameGrids& grids, FrameResult& result) {
   at(0).stages().publish(grids, result);
   for (const CameraFrame& now : now_) {
@@ -223,10 +237,6 @@ void FramePipeline::publish(const FrameGrids& grids, FrameResult& result) {
 void FramePipeline::publish_terrain(const FrameSet& frame, FrameResult& result) {
   FrameTerrain* const common{at(0).terrain()};
   if (common == nullptr) return;
-  terrains_.clear();
-  for (const CameraFrame& now : now_) {
-    if (now.is_usable()) terrains_.push_back(of(now).terrain());
-  }
   const auto claims_free = [&frame](Point2 at) { return claimed(frame.other_grids, at) < 0.5; };
   common->bound_filtered(terrains_, frame.other_grids.empty() ? std::function<bool(Point2)>{} : claims_free, result);
   limit_speed(frame.dt_s, result);

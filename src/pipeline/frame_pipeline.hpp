@@ -70,6 +70,7 @@ class FramePipeline {
   void filter(const FrameGrids& grids, bool is_checked, FrameResult& result);
   [[nodiscard]] std::span<const VelocityEvidence> find_velocities(const FrameGrids& grids);
   [[nodiscard]] std::span<const RetainedCell> held_cells(bool is_checked);
+  void find_terrains();
   void publish(const FrameGrids& grids, FrameResult& result);
   void publish_terrain(const FrameSet& frame, FrameResult& result);
   void limit_speed(double dt_s, FrameResult& result);

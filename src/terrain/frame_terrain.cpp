@@ -148,21 +148,19 @@ void FrameTerrain::move(const TerrainPlace& place) {
   elevation_.move(scroll);
 }
 
-// Rules of the last find().
-void FrameTerrain::clear_find() {
-  vehicle_rules_.fill(CellRule::ground_not_seen);
-  clear_window(0, window_rules_.height());
-}
-
 void FrameTerrain::find_nothing(const TerrainPlace& place) {
   move(place);
   low_obstacles_.see({});
   edges_.clear();
-  clear_find();
+  vehicle_rules_.fill(CellRule::ground_not_seen);
+  clear_window(0, window_rules_.height());
 }
 
 void FrameTerrain::merge(std::span<const FrameTerrain* const> seen) {
-  if (std::ranges::find(seen, this) == seen.end()) clear_find();
+  if (std::ranges::find(seen, this) == seen.end()) {
+    vehicle_rules_.fill(CellRule::ground_not_seen);
+    window_rules_.fill(CellRule::ground_not_seen);
+  }
   const auto add = [](const Image<CellRule>& from, Image<CellRule>& to) {
     std::ranges::transform(from, to, to.begin(), [](CellRule one, CellRule other) { return combined(other, one); });
   };
@@ -170,7 +168,6 @@ void FrameTerrain::merge(std::span<const FrameTerrain* const> seen) {
     if (other == this) continue;
     add(other->vehicle_rules_, vehicle_rules_);
     add(other->window_rules_, window_rules_);
-    elevation_.see(other->elevation_);
   }
 }
 
@@ -188,7 +185,17 @@ void FrameTerrain::bound_filtered(std::span<const FrameTerrain* const> seen,
   if (is_usable) see_ground(seen);
   if (claims_free) see_claims(is_usable, claims_free);
   for (int iy{0}; iy < window_rules_.height(); ++iy) witness_.bound(iy, result.world.occupancy.row(iy));
-  remember_elevation(is_usable, result);
+  classify(result);
+}
+
+void FrameTerrain::remember_elevation(std::span<const FrameTerrain* const> seen, FrameResult& result) {
+  const bool is_own_seen{std::ranges::find(seen, this) != seen.end()};
+  for (int iy{0}; iy < window_rules_.height() && !is_own_seen; ++iy) elevation_.begin_row(iy);
+  for (const FrameTerrain* const other : seen) {
+    if (other != this) elevation_.see(other->elevation_);
+  }
+  if (!seen.empty()) elevation_.add();
+  elevation_.write(result.world_elevation_m, result.world_elevation_sigma_m);
 }
 
 // Stopping takes v·t + v²/(2a). The age of the camera's last frame is a part of t.
@@ -240,9 +247,7 @@ void FrameTerrain::see_ground(std::span<const FrameTerrain* const> seen) {
 }
 
 // Cells below ½ have a witness.
-void FrameTerrain::remember_elevation(bool is_usable, FrameResult& result) {
-  if (is_usable) elevation_.add();
-  elevation_.write(result.world_elevation_m, result.world_elevation_sigma_m);
+void FrameTerrain::classify(FrameResult& result) const {
   for (int iy{0}; iy < window_rules_.height(); ++iy) {
     const float* const occupancy{result.world.occupancy.row(iy)};
     TerrainClass* const classes{result.world_terrain.row(iy)};

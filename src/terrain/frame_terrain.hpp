@@ -34,11 +34,10 @@ class FrameTerrain {
  public:
   FrameTerrain(const Rig& level_rig, const Config& config, const GridGeometry& vehicle_grid, int window_cells);
 
-  /// Begins a frame in which the camera has an image: before set_noise() and find(), see Terrain.
-  void begin(const Ground& ground, const Ground& surface, const TerrainPlace& place) {
-    move(place);
-    terrain_.begin(ground, surface);
-  }
+  /// Begins a frame: what earlier ones have left moves with the window.
+  void move(const TerrainPlace& place);
+  /// After move(), where the camera has an image: before set_noise() and find(), see Terrain.
+  void begin(const Ground& ground, const Ground& surface) { terrain_.begin(ground, surface); }
   [[nodiscard]] WalkFrame walk_frame() const { return terrain_.walk_frame(); }
   /// Sets the noise of the frame's samples, see Stages::begin_walk().
   void set_noise(const float* sigma_px) { terrain_.set_noise(sigma_px); }
@@ -87,10 +86,12 @@ class FrameTerrain {
   /// Raises the filtered occupancy where the last find() has seen edges, obstacles, or nothing behind an edge, and
   /// where a frame before has seen an edge and none since ground, or several have seen a low obstacle.
   /// `seen`: terrains whose last find() counts, of this camera and others; empty: none.
-  /// Cells below ½ without a witness become unknown. Sets the elevations and classes over time. `claims_free`: whether
-  /// another source has seen a place of the vehicle frame as free; empty: there is none.
+  /// Cells below ½ without a witness become unknown. Sets the classes over time. `claims_free`: whether another source
+  /// has seen a place of the vehicle frame as free; empty: there is none.
   void bound_filtered(std::span<const FrameTerrain* const> seen, const std::function<bool(Point2)>& claims_free,
                       FrameResult& result);
+  /// Adds the elevations of the frame, and sets those over time. May run beside bound_filtered().
+  void remember_elevation(std::span<const FrameTerrain* const> seen, FrameResult& result);
   /// Sets the speed limit of the camera by its last find(). `is_usable`: the frame has one that counts; else
   /// `since_s` has passed since the frame before: infinite if that does not count any more.
   void limit_speed(bool is_usable, double since_s, FrameResult& result);
@@ -119,13 +120,11 @@ class FrameTerrain {
   void write_vehicle(int ix, int iy, const CellGround& ground, FrameResult& result);
   void clear_window(int begin, int end);
   void write_window(int ix, int iy, const CellGround& ground);
-  void move(const TerrainPlace& place);
-  void clear_find();
   void merge(std::span<const FrameTerrain* const> seen);
   void bound_hazards(std::span<const FrameTerrain* const> seen, FrameResult& result);
   void drop_witnesses();
   void see_ground(std::span<const FrameTerrain* const> seen);
-  void remember_elevation(bool is_usable, FrameResult& result);
+  void classify(FrameResult& result) const;
   void see_claims(bool is_usable, const std::function<bool(Point2)>& claims_free);
   [[nodiscard]] CellWitness witness_of(CellRule rule, CellIndex window_cell) const;
   void bound_vehicle(bool is_usable, const std::function<bool(Point2)>& claims_free, FrameResult& result) const;

@@ -93,8 +93,11 @@ struct ClusterWorkspace {
 /// Splits segments whose tracked features are partly dynamic and partly static.
 void separate_movers(const std::vector<FlowVector>& vectors, const Pose2& world_from_vehicle, ClusterWorkspace& space);
 
-/// A cluster for each segment, with its outline, and with occupancy and velocity of the filtered grid.
-void describe_segments(const GridLayers& world, const Pose2& world_from_vehicle, ClusterWorkspace& space);
+/// A cluster for each segment, with its outline.
+void outline_segments(const Pose2& world_from_vehicle, ClusterWorkspace& space);
+
+/// Sets occupancy and velocity of each segment's cluster by its cells in the filtered grid.
+void ask_grid(const GridLayers& world, const Pose2& world_from_vehicle, ClusterWorkspace& space);
 
 /// Sets the velocities of clusters with tracked features.
 void measure_velocities(const std::vector<FlowVector>& vectors, const Pose2& world_from_vehicle,
@@ -121,17 +124,19 @@ void fuse_clusters(std::vector<Cluster>& of_camera, std::uint8_t camera, std::ve
 /// Boxes around the outlines: along the velocity of dynamic objects, else the smallest ones.
 void fit_boxes(std::span<Cluster> clusters);
 
-/// Segments of `nodes`, split by the velocities of tracked features. See Segmenter::find.
+/// Segments of `nodes`, split by the velocities of tracked features, and a cluster for each. See Segmenter::find.
 inline void find_segments(std::span<const ColumnNode> nodes, const Ground& ground, const Relief<Host>& relief,
                           const Pose2& world_from_vehicle, const std::vector<FlowVector>& vectors,
                           ClusterWorkspace& space) {
   space.segmenter.find(nodes, ground, relief);
   separate_movers(vectors, world_from_vehicle, space);
+  outline_segments(world_from_vehicle, space);
 }
 
+/// Completes the clusters by the filtered grid, features and edges.
 inline void make_clusters(const GridLayers& world, const Pose2& world_from_vehicle,
                           const std::vector<FlowVector>& vectors, const FrameEdges& edges, ClusterWorkspace& space) {
-  describe_segments(world, world_from_vehicle, space);
+  ask_grid(world, world_from_vehicle, space);
   measure_velocities(vectors, world_from_vehicle, space);
   add_drops(edges, world, world_from_vehicle, space.clusters);
   fit_boxes(space.clusters);

@@ -236,30 +236,6 @@ void fit_smallest_box(Cluster& cluster) {
   fit_box(best_rad, cluster);
 }
 
-// Sets occupancy and velocity by the segment's cells in the filtered grid.
-void ask_grid(const Segmenter& segmenter, std::size_t segment, const GridLayers& world, const Pose2& world_from_vehicle,
-              Cluster& cluster) {
-  double known{0};
-  double moving{0};
-  for (const int index : segmenter.of(segment)) {
-    const SegmentNode& node{segmenter.node(index)};
-    const std::optional<CellIndex> cell{world.geometry.cell_at(world_from_vehicle * node.place)};
-    if (!cell) continue;
-    const auto [x, y] = *cell;
-    const double occupied{node.weight * static_cast<double>(world.occupancy(x, y))};
-    known += node.weight;
-    cluster.occupancy += occupied;
-    moving += node.weight * static_cast<double>(world.moving(x, y));
-    cluster.velocity.x += occupied * static_cast<double>(world.velocity_x(x, y));
-    cluster.velocity.y += occupied * static_cast<double>(world.velocity_y(x, y));
-  }
-  const double occupied{cluster.occupancy};
-  cluster.moving = occupied > 0 ? moving / occupied : 0;
-  cluster.velocity =
-      cluster.moving > 0.5 ? Point2{cluster.velocity.x / occupied, cluster.velocity.y / occupied} : Point2{};
-  cluster.occupancy = known > 0 ? occupied / known : 0.5;
-}
-
 }  // namespace
 
 Bounds bounds_of(const Outline& outline) {
@@ -279,18 +255,41 @@ ClusterWorkspace::ClusterWorkspace(const Rig& level_rig, int disparities, std::s
   values.reserve(std::max(points, nodes_reserved(level_rig.width_px, disparities)));
 }
 
-void describe_segments(const GridLayers& world, const Pose2& world_from_vehicle, ClusterWorkspace& space) {
+void outline_segments(const Pose2& world_from_vehicle, ClusterWorkspace& space) {
   space.clusters.clear();
   for (std::size_t i{0}; i < space.segmenter.size(); ++i) {
-    Cluster cluster{outlined(space, i)};
+    Cluster& cluster{space.clusters.emplace_back(outlined(space, i))};
     const auto [cut_left, cut_right] = space.segmenter.cuts_of(i);
     cluster.is_cut_left = cut_left;
     cluster.is_cut_right = cut_right;
     for (Point2& point : cluster.outline) point = world_from_vehicle * point;
     for (Point2& point : cluster.fitted) point = world_from_vehicle * point;
     cluster.bounds = bounds_of(cluster.outline);
-    ask_grid(space.segmenter, i, world, world_from_vehicle, cluster);
-    space.clusters.push_back(cluster);
+  }
+}
+
+void ask_grid(const GridLayers& world, const Pose2& world_from_vehicle, ClusterWorkspace& space) {
+  for (std::size_t i{0}; i < space.segmenter.size(); ++i) {
+    Cluster& cluster{space.clusters[i]};
+    double known{0};
+    double moving{0};
+    for (const int index : space.segmenter.of(i)) {
+      const SegmentNode& node{space.segmenter.node(index)};
+      const std::optional<CellIndex> cell{world.geometry.cell_at(world_from_vehicle * node.place)};
+      if (!cell) continue;
+      const auto [x, y] = *cell;
+      const double occupied{node.weight * static_cast<double>(world.occupancy(x, y))};
+      known += node.weight;
+      cluster.occupancy += occupied;
+      moving += node.weight * static_cast<double>(world.moving(x, y));
+      cluster.velocity.x += occupied * static_cast<double>(world.velocity_x(x, y));
+      cluster.velocity.y += occupied * static_cast<double>(world.velocity_y(x, y));
+    }
+    const double occupied{cluster.occupancy};
+    cluster.moving = occupied > 0 ? moving / occupied : 0;
+    cluster.velocity =
+        cluster.moving > 0.5 ? Point2{cluster.velocity.x / occupied, cluster.velocity.y / occupied} : Point2{};
+    cluster.occupancy = known > 0 ? occupied / known : 0.5;
   }
 }
 

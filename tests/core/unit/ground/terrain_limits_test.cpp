@@ -170,7 +170,8 @@ struct FrameOf {
     const auto in_order = [](int count, const auto& work) { work(0, count); };
     const GridGeometry cells{window.at(pose)};
     const GridInVehicle window_cells{grid_in_vehicle(cells, inverse(pose))};
-    terrain.begin(ground, ground, {cells, window_cells, pose, dt_s, grid_in_vehicle(vehicle.grid, {}), window_cells});
+    terrain.move({cells, window_cells, pose, dt_s, grid_in_vehicle(vehicle.grid, {}), window_cells});
+    terrain.begin(ground, ground);
     terrain.set_noise(walks.begin(terrain.walk_frame(), disparity.view(), none.view(), in_order));
     terrain.set_walked(walks.find(in_order));
     const LowModel& model{terrain.begin_low_obstacles()};
