@@ -123,23 +123,23 @@ void ElevationMemory::shift(const Shift& by) {
 
 void ElevationMemory::add() {
   const double half{elevation_m_.width() / 2.0};
-  const auto for_seen = [this](const auto& work) {
-    for (int iy{0}; iy < frame_.height(); ++iy) {
+  const auto for_seen = [this](int step, const auto& work) {
+    for (int iy{0}; iy < frame_.height(); iy += step) {
       const Range row{rows_[static_cast<std::size_t>(iy)]};
-      for (int ix{row.begin}; ix < row.end; ++ix) {
+      for (int ix{(row.begin + step - 1) / step * step}; ix < row.end; ix += step) {
         if (!std::isnan(frame_(ix, iy).elevation_m)) work(ix, iy, frame_(ix, iy));
       }
     }
   };
   common_.clear();
-  for_seen([&](int ix, int iy, const Seen& seen) {
+  for_seen(cells_of_error, [&](int ix, int iy, const Seen& seen) {
     const float difference{elevation_m_(ix, iy) - seen.elevation_m};
-    if (ix % cells_of_error == 0 && iy % cells_of_error == 0 && !std::isnan(difference))
+    if (!std::isnan(difference))
       common_.push_back({ix - half, iy - half, difference, variance_(ix, iy) + seen.variance});
   });
   const double rise_m{tilt * half * cell_m_};
   shift(difference(difference({0, 0, 0, heave_m * heave_m + 2 * rise_m * rise_m, 0, 0, 0, 0, 0})));
-  for_seen([&](int ix, int iy, const Seen& seen) {
+  for_seen(1, [&](int ix, int iy, const Seen& seen) {
     float& elevation_m{elevation_m_(ix, iy)};
     float& variance{variance_(ix, iy)};
     const float off{seen.elevation_m - elevation_m};

@@ -246,13 +246,15 @@ void FrameTerrain::see_ground(std::span<const FrameTerrain* const> seen) {
   }
 }
 
-// Cells below ½ have a witness.
+// Cells below ½ have a witness. Without branches, for vectors.
 void FrameTerrain::classify(FrameResult& result) const {
   for (int iy{0}; iy < window_rules_.height(); ++iy) {
     const float* const occupancy{result.world.occupancy.row(iy)};
     TerrainClass* const classes{result.world_terrain.row(iy)};
     std::transform(occupancy, occupancy + window_rules_.width(), classes, [](float p) {
-      return p >= ruled_obstacle ? TerrainClass::obstacle : p < 0.5f ? TerrainClass::drivable : TerrainClass::unknown;
+      return static_cast<TerrainClass>(static_cast<int>(p >= ruled_obstacle) *
+                                           static_cast<int>(TerrainClass::obstacle) +
+                                       static_cast<int>(p < 0.5f) * static_cast<int>(TerrainClass::drivable));
     });
   }
   witness_.for_edges([&](int ix, int iy) { result.world_terrain(ix, iy) = TerrainClass::drop; });
