@@ -120,8 +120,7 @@ void CameraPipeline::end(const CameraFrame& now) {
 void CameraPipeline::find_clusters(const GridLayers& world, const CameraFrame& now) {
   if (!now.is_usable()) return;
   const std::span<const EdgePoint> edges{state_.terrain ? state_.terrain->edges() : std::span<const EdgePoint>{}};
-  make_clusters(world, now.frame.world_from_camera, state_.scene_flow.vectors(),
-                {edges, passage_width * config_.vehicle.height_m}, clusters_);
+  make_clusters(world, now.frame.world_from_camera, {edges, passage_width * config_.vehicle.height_m}, clusters_);
 }
 
 void CameraPipeline::add_features(CameraFrame& now) {

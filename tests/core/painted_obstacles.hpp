@@ -82,7 +82,7 @@ inline void find_clusters(View<const float> obstacle, const Ground& ground, cons
                           const Pose2& world_from_vehicle, const std::vector<FlowVector>& vectors,
                           ClusterWorkspace& space) {
   find_segments(nodes_in(obstacle, ground), ground, {}, world_from_vehicle, vectors, space);
-  make_clusters(world, world_from_vehicle, vectors, {}, space);
+  make_clusters(world, world_from_vehicle, {}, space);
 }
 
 inline TrackingConfig plain_config() {

@@ -35,6 +35,14 @@ struct Axis {
   }
 };
 
+// Marks of a row of the image from column u on, which is the lowest bit.
+std::uint64_t marks_from(const std::uint64_t* marks, int u) {
+  constexpr int bits{std::numeric_limits<std::uint64_t>::digits};
+  const std::uint64_t* const word{marks + u / bits};
+  const int shift{u % bits};
+  return word[0] >> shift | (shift == 0 ? 0 : word[1] << (bits - shift));
+}
+
 Axis principal_axis(const Segmenter& segmenter, std::span<const int> nodes) {
   double sum{0};
   Axis axis;
@@ -162,10 +170,7 @@ void Segmenter::join_right(int index) {
   for (int k{std::max(from.bin - bin.tolerance, 0)}; k <= last_bin; ++k) {
     const int first_u{from.u + (k > from.bin ? 0 : 1)};
     if (first_u > last_u) continue;
-    const std::uint64_t* const word{marks_.row(k) + first_u / mark_bits};
-    const int shift{first_u % mark_bits};
-    const std::uint64_t next{shift == 0 ? 0 : word[1] << (mark_bits - shift)};
-    const int u{first_u + std::countr_zero(word[0] >> shift | next)};
+    const int u{first_u + std::countr_zero(marks_from(marks_.row(k), first_u))};
     if (u > last_u) continue;
     const int a{root_of(index)};
     const int b{root_of(labels_(u, k) - 1)};
@@ -225,9 +230,13 @@ bool Segmenter::cut(std::size_t segment) {
 
 // True if another segment has nodes in the columns begin_u … end_u − 1, from a bin on.
 bool Segmenter::has_nearer(int begin_u, int end_u, int bin, std::size_t than) const {
+  const int first_u{std::max(begin_u, 0)};
+  const int columns{std::min(end_u, labels_.width()) - first_u};
+  if (columns <= 0) return false;
+  const std::uint64_t mask{(std::uint64_t{1} << columns) - 1};
   for (int k{bin}; k < labels_.height(); ++k) {
-    for (int u{std::max(begin_u, 0)}; u < std::min(end_u, labels_.width()); ++u) {
-      if (labels_(u, k) == 0) continue;
+    for (std::uint64_t left{marks_from(marks_.row(k), first_u) & mask}; left != 0; left &= left - 1) {
+      const int u{first_u + std::countr_zero(left)};
       const int other{node(labels_(u, k) - 1).segment};
       if (other != none && other != static_cast<int>(than)) return true;
     }

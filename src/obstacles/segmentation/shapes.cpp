@@ -198,9 +198,14 @@ Cluster outlined(ClusterWorkspace& space, std::size_t segment) {
   return cluster;
 }
 
-void fit_box(double yaw_rad, Cluster& cluster) {
-  const double c{std::cos(yaw_rad)};
-  const double s{std::sin(yaw_rad)};
+struct Direction {
+  double yaw_rad{0};
+  double c{std::cos(yaw_rad)};
+  double s{std::sin(yaw_rad)};
+};
+
+void fit_box(const Direction& direction, Cluster& cluster) {
+  const auto [yaw_rad, c, s] = direction;
   double along_min{std::numeric_limits<double>::max()};
   double along_max{std::numeric_limits<double>::lowest()};
   double across_min{along_min};
@@ -222,18 +227,17 @@ void fit_box(double yaw_rad, Cluster& cluster) {
 }
 
 // The smallest box, its longer side along its yaw.
-void fit_smallest_box(Cluster& cluster) {
-  constexpr int directions{36};
-  double best_rad{0};
+void fit_smallest_box(std::span<const Direction> directions, Cluster& cluster) {
+  const Direction* best{directions.data()};
   double least_m2{std::numeric_limits<double>::max()};
-  for (int i{0}; i < directions; ++i) {
-    fit_box(i * M_PI / directions, cluster);
+  for (const Direction& one : directions) {
+    fit_box(one, cluster);
     const double area_m2{cluster.length_m * cluster.width_m};
     if (cluster.length_m < cluster.width_m || area_m2 >= least_m2) continue;
     least_m2 = area_m2;
-    best_rad = cluster.yaw_rad;
+    best = &one;
   }
-  fit_box(best_rad, cluster);
+  fit_box(*best, cluster);
 }
 
 }  // namespace
@@ -272,32 +276,36 @@ void ask_grid(const GridLayers& world, const Pose2& world_from_vehicle, ClusterW
   for (std::size_t i{0}; i < space.segmenter.size(); ++i) {
     Cluster& cluster{space.clusters[i]};
     double known{0};
+    double occupied{0};
     double moving{0};
+    Point2 velocity{};
     for (const int index : space.segmenter.of(i)) {
       const SegmentNode& node{space.segmenter.node(index)};
       const std::optional<CellIndex> cell{world.geometry.cell_at(world_from_vehicle * node.place)};
       if (!cell) continue;
       const auto [x, y] = *cell;
-      const double occupied{node.weight * static_cast<double>(world.occupancy(x, y))};
+      const double of_node{node.weight * static_cast<double>(world.occupancy(x, y))};
       known += node.weight;
-      cluster.occupancy += occupied;
+      occupied += of_node;
       moving += node.weight * static_cast<double>(world.moving(x, y));
-      cluster.velocity.x += occupied * static_cast<double>(world.velocity_x(x, y));
-      cluster.velocity.y += occupied * static_cast<double>(world.velocity_y(x, y));
+      velocity.x += of_node * static_cast<double>(world.velocity_x(x, y));
+      velocity.y += of_node * static_cast<double>(world.velocity_y(x, y));
     }
-    const double occupied{cluster.occupancy};
     cluster.moving = occupied > 0 ? moving / occupied : 0;
-    cluster.velocity =
-        cluster.moving > 0.5 ? Point2{cluster.velocity.x / occupied, cluster.velocity.y / occupied} : Point2{};
+    if (cluster.moving > 0.5 && !cluster.has_measured_velocity())
+      cluster.velocity = {velocity.x / occupied, velocity.y / occupied};
     cluster.occupancy = known > 0 ? occupied / known : 0.5;
   }
 }
 
 void fit_boxes(std::span<Cluster> clusters) {
+  std::array<Direction, 36> directions;  // half a turn
+  for (int i{0}; Direction & one : directions) one = {i++ * M_PI / 36};
   for (Cluster& cluster : clusters) {
     const bool moves{cluster.kind == ObstacleKind::object &&
                      std::hypot(cluster.velocity.x, cluster.velocity.y) > moving_mps};
-    moves ? fit_box(std::atan2(cluster.velocity.y, cluster.velocity.x), cluster) : fit_smallest_box(cluster);
+    moves ? fit_box({std::atan2(cluster.velocity.y, cluster.velocity.x)}, cluster)
+          : fit_smallest_box(directions, cluster);
   }
 }
 
