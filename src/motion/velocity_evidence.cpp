@@ -71,12 +71,12 @@ EvidenceMap::CellRange EvidenceMap::cells_around(double at, double half, double 
 // Errors of neighbours average out, and a wrong match stays without support.
 void EvidenceMap::average(const std::vector<FlowVector>& vectors) {
   averages_.clear();
-  for (const FlowVector& vector : vectors) averages_.push_back({1, own_velocity(vector)});
+  for (const FlowVector& vector : vectors) averages_.push_back({own_velocity(vector)});
   for (std::size_t i{0}; i < vectors.size(); ++i) {
     for (std::size_t j{i + 1}; j < vectors.size(); ++j) {
       if (!agree(vectors[i], vectors[j])) continue;
-      averages_[i].add(own_velocity(vectors[j]));
-      averages_[j].add(own_velocity(vectors[i]));
+      averages_[i].add(averages_[j].own);
+      averages_[j].add(averages_[i].own);
     }
   }
 }

@@ -47,8 +47,9 @@ class EvidenceMap {
   };
   /// Sum over a point and those that agree with it.
   struct Average {
-    int points;
-    InformationSum velocity;
+    InformationSum own;
+    int points{1};
+    InformationSum velocity{own};
 
     void add(const InformationSum& other) {
       ++points;
