@@ -98,8 +98,12 @@ struct Pipeline::Implementation {
 
   std::unique_ptr<Stages> make_stages(std::size_t camera, const Rig& level_rig, PixelMask mask) {
     const bool is_first{camera == 0};
-    const StagesOptions wanted{options.stages, is_first && !options.horizons_s.empty(), is_first ? &result : nullptr,
-                               std::move(mask), is_first};
+    const StagesOptions wanted{options.stages,
+                               is_first && !options.horizons_s.empty(),
+                               is_first ? &result : nullptr,
+                               std::move(mask),
+                               is_first,
+                               [this](int count, const auto& work) { cpu.for_ranges(count, 1, work); }};
     if (options.back_end == BackEnd::cuda) {
       if (wanted.predictions) throw DeviceError{"Predictions are supported on the CPU only."};
       return cuda_stages(configs[camera], level_rig, options.device, wanted);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <memory>
 #include <span>
 #include <type_traits>
@@ -117,6 +118,9 @@ struct CameraGrids {
   const FrameResult* result;
 };
 
+/// Calls work(begin, end) on disjoint parts of [0, count).
+using ForRanges = std::function<void(int count, const std::function<void(int begin, int end)>& work)>;
+
 /// Constant settings of a back end.
 struct StagesOptions {
   bool stage_images{true};             ///< fill FrameResult::stages
@@ -124,6 +128,8 @@ struct StagesOptions {
   const FrameResult* reused{nullptr};  ///< result that only the pipeline writes: constant parts are not written again
   PixelMask mask{};                    ///< pixels without disparities in all frames
   bool filters{true};                  ///< false: the stages of a further camera, which has no filter
+  /// Threads of copies to and from pinned memory; by default the caller's.
+  ForRanges copy{[](int count, const auto& work) { work(0, count); }};
 };
 
 using StateArchive = std::variant<StateWriter*, StateReader*>;

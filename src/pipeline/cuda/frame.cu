@@ -90,10 +90,12 @@ PackedGrids::PackedGrids(const GridSizes& sizes)
       vehicle{world + LayersOnDevice::floats_of(sizes.filtered_window, sizes.filtered_window)},
       size{vehicle + LayersOnDevice::floats_of(sizes.filtered_vehicle.nx, sizes.filtered_vehicle.ny)} {}
 
-void PackedGrids::copy_to(const float* packed, FrameResult& result) {
+void PackedGrids::copy_to(const float* packed, int begin, int end, FrameResult& result) {
+  int i{0};
   for_packed(result, [&](Image<float>& image) {
-    std::copy_n(packed, image.size(), image.data());
+    if (begin <= i && i < end) std::copy_n(packed, image.size(), image.data());
     packed += image.size();
+    ++i;
   });
 }
 

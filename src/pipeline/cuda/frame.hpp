@@ -80,7 +80,9 @@ struct GridSizes {
 struct PackedGrids {
   explicit PackedGrids(const GridSizes& sizes);
 
-  static void copy_to(const float* packed, FrameResult& result);
+  static constexpr int images{1 + 2 * 8};
+  /// Images begin … end − 1.
+  static void copy_to(const float* packed, int begin, int end, FrameResult& result);
   /// Throws InputError: the result has grids of other sizes.
   void copy_from(const FrameResult& result, float* packed) const;
 

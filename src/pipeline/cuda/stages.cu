@@ -15,8 +15,8 @@ namespace stereogrid {
 namespace {
 
 template <class T>
-void put(View<const T> image, T* pinned) {
-  for (int v{0}; v < image.height; ++v) std::copy_n(image.row(v), image.width, pinned + v * image.width);
+void put(View<const T> image, int begin, int end, T* pinned) {
+  for (int v{begin}; v < end; ++v) std::copy_n(image.row(v), image.width, pinned + v * image.width);
 }
 
 }  // namespace
@@ -97,12 +97,11 @@ void CudaStages::synchronize() {
 // Inputs that change from frame to frame are written to where the graphs read them.
 void CudaStages::put_frame(const LevelFrame& frame, const FrameGrids& grids) {
   is_external_ = frame.has_external_disparity();
-  if (is_external_) {
-    put(frame.disparity, host_.given());
-  } else {
-    put(frame.left, host_.left());
-    put(frame.right, host_.right());
-  }
+  options_.copy(rig_.height_px, [&](int begin, int end) {
+    if (is_external_) return put(frame.disparity, begin, end, host_.given());
+    put(frame.left, begin, end, host_.left());
+    put(frame.right, begin, end, host_.right());
+  });
   host_.frame().seen_vehicle = grids.seen_vehicle;
   host_.frame().seen_window = grids.seen_window;
 }
@@ -386,7 +385,8 @@ void CudaStages::publish(const FrameGrids& grids, FrameResult& result) {
   if (!options_.filters) return;
   Stopwatch watch;
   result.world.geometry = grids.window;
-  PackedGrids::copy_to(host_.grids.data(), result);
+  options_.copy(PackedGrids::images,
+                [&](int begin, int end) { PackedGrids::copy_to(host_.grids.data(), begin, end, result); });
   result.timing_ms.filter += watch.lap();
   now_ = 1 - now_;
   window_before_ = grids.window;
