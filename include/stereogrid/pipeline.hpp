@@ -77,13 +77,13 @@ struct DeviceImages {
   std::uintptr_t stream{0};  ///< the cudaStream_t that writes them; 0: CUDA's default stream
 };
 
-/// A result's grids in the memory of a pipeline's GPU, without gaps, [iy][ix]. `vehicle` and `world` are 8 layers each:
-/// occupancy, velocity_x, velocity_y, age_s, velocity_xx, velocity_xy, velocity_yy, moving, as in GridLayers.
+/// Grids of a pipeline's last frame in the memory of its GPU, without gaps, [iy][ix]. `vehicle` and `world` are 8
+/// layers each: occupancy, velocity_x, velocity_y, age_s, velocity_xx, velocity_xy, velocity_yy, moving, as in
+/// GridLayers.
 struct DeviceGrids {
   const float* observed;
   const float* vehicle;
   const float* world;
-  std::uintptr_t event;  ///< the cudaEvent_t to wait for before they are read
 };
 
 /// Computes occupancy grids and obstacle tracks from stereo frames (T-ITS 2012, with the Bayesian Occupancy Filter).
@@ -143,10 +143,10 @@ class STEREOGRID_EXPORT Pipeline {
   /// terrain and obstacles read them; waits for that. Frames of other cameras are in the host's memory. Throws
   /// ConfigError unless back_end() is cuda. DeviceError does not make `automatic` continue on the CPU during the copy.
   void process_from_device(const StereoFrame& frame, const DeviceImages& images, FrameResult& into);
-  /// Copies the grids of a result of this pipeline to its GPU, as the host completes them. The memory belongs to the
-  /// pipeline and is valid until its next call. `waits`: for the copy, which makes a wait for its event unnecessary.
-  /// Throws ConfigError unless back_end() is cuda, InputError for a result with grids of other sizes.
-  [[nodiscard]] DeviceGrids device_grids(const FrameResult& result, bool waits = false);
+  /// The grids of the last frame where the GPU has left them, equal to those of its result. Nothing is copied, and
+  /// there is nothing to wait for. The memory belongs to the pipeline and is valid until its next call. Throws
+  /// ConfigError unless back_end() is cuda, InputError before a frame.
+  [[nodiscard]] DeviceGrids device_grids();
 
   /// Resets the state: the next frame counts as a first one, whatever its stamp. Filter, tracks, features, ground and
   /// row offsets restart as at construction; estimated extrinsics are kept. The world frame continues: ids are not

@@ -120,19 +120,16 @@ ResultObject PyPipeline::process(ArrayFrame arrays) {
   return result;
 }
 
-PyDeviceGrids PyPipeline::device_grids(const Result& result) {
-  const DeviceGrids grids{exclusively([&result](Pipeline& pipeline) {
-    const ReleasedGil release;
-    return pipeline.device_grids(result.data, true);
-  })};
+PyDeviceGrids PyPipeline::device_grids() {
+  const DeviceGrids grids{exclusively([](Pipeline& pipeline) { return pipeline.device_grids(); })};
   const auto layers = [this](const float* data, const GridGeometry& grid, std::size_t count) {
     DeviceLayers found{data, {static_cast<std::size_t>(grid.ny), static_cast<std::size_t>(grid.nx)}, gpu_};
     if (count > 0) found.shape.insert(found.shape.begin(), count);
     return found;
   };
-  return {layers(grids.observed, result.data.vehicle.geometry, 0),
-          layers(grids.vehicle, result.data.vehicle.geometry, grid_layers),
-          layers(grids.world, result.data.world.geometry, grid_layers)};
+  return {layers(grids.observed, pipeline_.vehicle_grid(), 0),
+          layers(grids.vehicle, pipeline_.vehicle_grid(), grid_layers),
+          layers(grids.world, pipeline_.world_grid(), grid_layers)};
 }
 
 namespace {
@@ -163,14 +160,14 @@ void bind_device_grids(nb::module_& module, nb::class_<PyPipeline>& pipeline) {
                                                              nb::device::cuda::value, array.device});
       },
       nb::sig("def __dlpack__(self, **kwargs: Any) -> Any"));
-  nb::class_<PyDeviceGrids> grids{module, "DeviceGrids", "Grids of a result in the memory of a pipeline's GPU."};
+  nb::class_<PyDeviceGrids> grids{module, "DeviceGrids", "Grids of the last frame in the memory of a pipeline's GPU."};
   grids.def_ro("observed", &PyDeviceGrids::observed, "(ny, nx), as FrameResult.observed.");
   grids.def_ro("vehicle", &PyDeviceGrids::vehicle,
                "(8, ny, nx): occupancy, velocity x and y, age, velocity covariance xx, xy and yy, moving.");
   grids.def_ro("world", &PyDeviceGrids::world, "Likewise, in the cells of FrameResult.world.");
-  pipeline.def(
-      "device_grids", &PyPipeline::device_grids, nb::arg("result"), nb::keep_alive<0, 1>(),
-      "Copies the grids of a result of this pipeline to its GPU, and waits. Raises ConfigError: there is none.");
+  pipeline.def("device_grids", &PyPipeline::device_grids, nb::keep_alive<0, 1>(),
+               "The grids of the last frame where the GPU has left them. Raises ConfigError: there is none; "
+               "InputError: no frame.");
 }
 
 void construct(PyPipeline* self, const Config& config, const RigOrRigs& rig, const std::optional<std::string>& device,

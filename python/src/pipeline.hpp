@@ -88,8 +88,7 @@ class PyPipeline {
   /// Frames of several cameras.
   [[nodiscard]] ResultObject process(const std::vector<const Frame*>& frames);
   [[nodiscard]] ResultObject process(ArrayFrame arrays);
-  /// Waits for the copy.
-  [[nodiscard]] PyDeviceGrids device_grids(const Result& result);
+  [[nodiscard]] PyDeviceGrids device_grids();
 
   template <class Do>
   auto exclusively(const Do& act) {

@@ -110,4 +110,13 @@ void weigh_velocities(Cuda& cuda, FilterOnDevice& filter, const VelocityEvidence
 void resample(Cuda& cuda, const LayersOnDevice& world, const GridGeometry* window,
               const GridInVehicle* vehicle_in_world, LayersOnDevice& vehicle);
 
+/// `correct_by_frame` of filter.hpp, likewise. `cells`: the vehicle's grid in the vehicle frame.
+void correct_by_frame(Cuda& cuda, const LayersOnDevice& world, const GridGeometry* window, const GridInVehicle* cells,
+                      const GridInVehicle* vehicle_in_world, View<const float, Device> observed, bool is_widened,
+                      LayersOnDevice& vehicle);
+
+/// `complete_unobserved` of filter.hpp, likewise.
+void complete_unobserved(Cuda& cuda, const LayersOnDevice& world, const GridGeometry* window,
+                         const GridInVehicle* vehicle_in_world, LayersOnDevice& vehicle);
+
 }  // namespace stereogrid

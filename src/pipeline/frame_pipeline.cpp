@@ -213,6 +213,8 @@ void FramePipeline::find_terrains() {
 
 // Completes the result but for its obstacles and elevations. The grids are final from here on.
 void FramePipeline::publish(const FrameGrids& grids, FrameResult& result) {
+  FrameTerrain* const terrain{at(0).terrain()};
+  at(0).stages().finish(grids, final_step(grids.frame, result), result);
   at(0).stages().publish(grids, result);
   for (const CameraFrame& now : now_) {
     of(now).publish(now);
@@ -223,23 +225,21 @@ void FramePipeline::publish(const FrameGrids& grids, FrameResult& result) {
     result.timing_ms.project += now.result.timing_ms.project;
   }
   if (!has_one_camera()) fuse_terrain(result);
-  const bool is_joint{config_.filter.model == FilterModel::joint};
-  if (is_joint && std::ranges::any_of(now_, &CameraFrame::is_usable)) {
-    const bool is_widened{std::ranges::any_of(grids.frame.cameras, std::not_fn(&LevelFrame::has_external_disparity))};
-    ranges_of(cpu_)(result.observed.height(), [&](int begin, int end) {
-      correct_by_frame(grids.frame.world_from_vehicle, is_widened, begin, end, result);
-    });
-  }
-  publish_terrain(grids.frame, result);
-  if (is_joint) complete_unobserved(grids.frame.world_from_vehicle, result);
+  if (terrain == nullptr) return;
+  terrain->classify(result);
+  limit_speed(grids.frame.dt_s, result);
 }
 
-void FramePipeline::publish_terrain(const FrameSet& frame, FrameResult& result) {
+FinalStep FramePipeline::final_step(const FrameSet& frame, FrameResult& result) {
+  const bool is_joint{config_.filter.model == FilterModel::joint};
+  FinalStep step{is_joint && std::ranges::any_of(now_, &CameraFrame::is_usable),
+                 std::ranges::any_of(frame.cameras, std::not_fn(&LevelFrame::has_external_disparity)), is_joint};
   FrameTerrain* const common{at(0).terrain()};
-  if (common == nullptr) return;
+  if (common == nullptr) return step;
   const auto claims_free = [&frame](Point2 at) { return claimed(frame.other_grids, at) < 0.5; };
-  common->bound_filtered(terrains_, frame.other_grids.empty() ? std::function<bool(Point2)>{} : claims_free, result);
-  limit_speed(frame.dt_s, result);
+  step.bounds = common->find_bounds(terrains_, at(0).stages().filtered(result),
+                                    frame.other_grids.empty() ? std::function<bool(Point2)>{} : claims_free, result);
+  return step;
 }
 
 // The smallest limit of the cameras.

@@ -43,7 +43,7 @@ class FramePipeline {
   void set_mask(int camera, PixelMask mask) { at(camera).stages().set_mask(std::move(mask)); }
   /// See Stages.
   void fetch(int camera, const DeviceImages& images, StereoFrame& into) { at(camera).stages().fetch(images, into); }
-  [[nodiscard]] DeviceGrids send(const FrameResult& result, bool waits) { return at(0).stages().send(result, waits); }
+  [[nodiscard]] DeviceGrids device_grids() { return at(0).stages().device_grids(); }
   /// Continues the ids of obstacles of `before`, and what it has found of the vehicle itself.
   void continue_from(const FramePipeline& before);
 
@@ -72,7 +72,7 @@ class FramePipeline {
   [[nodiscard]] std::span<const RetainedCell> held_cells(bool is_checked);
   void find_terrains();
   void publish(const FrameGrids& grids, FrameResult& result);
-  void publish_terrain(const FrameSet& frame, FrameResult& result);
+  [[nodiscard]] FinalStep final_step(const FrameSet& frame, FrameResult& result);
   void limit_speed(double dt_s, FrameResult& result);
   void fuse_terrain(FrameResult& result);
   void update_tracks(const FrameSet& frame, FrameResult& result);

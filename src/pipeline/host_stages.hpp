@@ -126,6 +126,19 @@ class HostStages final : public Stages {
     resample(frame.world_from_vehicle, {&s.next.kinds, is_reused ? &s.part_kinds : nullptr}, result);
   }
 
+  View<const float> filtered(const FrameResult& result) override { return result.world.occupancy.view(); }
+
+  void finish(const FrameGrids& grids, const FinalStep& step, FrameResult& result) override {
+    const ScopedTimer timer{times_.filter};
+    const Pose2& pose{grids.frame.world_from_vehicle};
+    if (step.is_corrected) {
+      ranges_of(cpu_)(result.observed.height(),
+                      [&](int begin, int end) { correct_by_frame(pose, step.is_widened, begin, end, result); });
+    }
+    bound_grids(step.bounds, result);
+    if (step.is_completed) complete_unobserved(pose, result);
+  }
+
   void publish(const FrameGrids& grids, FrameResult& result) override {
     std::swap(space_.filtered, space_.next);
     if (options_.predictions) predict(grids.frame.world_from_vehicle, result);
@@ -147,7 +160,7 @@ class HostStages final : public Stages {
   }
 
   void fetch(const DeviceImages&, StereoFrame&) override { throw_without_device(); }
-  DeviceGrids send(const FrameResult&, bool) override { throw_without_device(); }
+  DeviceGrids device_grids() override { throw_without_device(); }
 
   void exchange(StateArchive archive) override {
     std::visit([this](auto* state) { (*state)(space_.filtered); }, archive);

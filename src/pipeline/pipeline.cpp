@@ -403,10 +403,10 @@ void Pipeline::process_from_device(const StereoFrame& frame, const DeviceImages&
   self.process(frame, images, into);
 }
 
-DeviceGrids Pipeline::device_grids(const FrameResult& result, bool waits) {
+DeviceGrids Pipeline::device_grids() {
   Implementation& self{implementation()};
   const Exclusive use{self.in_use};
-  return self.frames->send(result, waits);
+  return self.frames->device_grids();
 }
 
 void Pipeline::reset() {

@@ -110,6 +110,14 @@ struct FilterEvidence {
   std::span<const RetainedCell> held{};
 };
 
+/// Last step of a frame's grids, after the filter.
+struct FinalStep {
+  bool is_corrected;          ///< correct_by_frame
+  bool is_widened;            ///< likewise
+  bool is_completed;          ///< complete_unobserved
+  GridBounds<Host> bounds{};  ///< for bound_cell(), whose witnesses are in the result
+};
+
 class Stages;
 
 /// A camera's observed grids after observe(): in its stages, and in its result where those work in the host's memory.
@@ -135,8 +143,8 @@ struct StagesOptions {
 using StateArchive = std::variant<StateWriter*, StateReader*>;
 
 /// The stages of a frame on one back end, and the buffers between them. FramePipeline calls them in order. A device
-/// enqueues the work of a stage and returns; read() and publish() wait for it. What a call is given stays valid until
-/// publish().
+/// enqueues the work of a stage and returns; read(), filtered() and publish() wait for it. What a call is given stays
+/// valid until publish().
 class Stages {
  public:
   /// `is_asynchronous`: calls enqueue and return.
@@ -173,6 +181,10 @@ class Stages {
   /// Fuses the observed grids with the frame's other grids. Then one step of the filter (V-B), from the state before
   /// the frame, and its layers in the vehicle's grid.
   virtual void filter(const FrameGrids& grids, const FilterEvidence& evidence, FrameResult& result) = 0;
+  /// Waits for filter(): occupancy of the window, valid until finish().
+  virtual View<const float> filtered(const FrameResult& result) = 0;
+  /// Makes the grids final.
+  virtual void finish(const FrameGrids& grids, const FinalStep& step, FrameResult& result) = 0;
   /// Ends the frame: completes the result's grids, predictions and times of the stages.
   virtual void publish(const FrameGrids& grids, FrameResult& result) = 0;
   /// After publish(): densities of the camera's matches, with StagesOptions::stage_images stages, and of several
@@ -180,9 +192,8 @@ class Stages {
   virtual void publish_matches(FrameResult& result) = 0;
   /// Between frames: copies images from the device's memory to `into`. Throws ConfigError: there is no device.
   virtual void fetch(const DeviceImages& images, StereoFrame& into) = 0;
-  /// Between frames: copies a result's grids to the device's memory, and `waits` for it. Throws ConfigError: there is
-  /// no device.
-  virtual DeviceGrids send(const FrameResult& result, bool waits) = 0;
+  /// Between frames: grids of the last one in the device's memory. Throws ConfigError: there is no device.
+  virtual DeviceGrids device_grids() = 0;
   /// State of the filter between two frames.
   virtual void exchange(StateArchive archive) = 0;
 

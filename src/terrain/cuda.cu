@@ -192,6 +192,19 @@ __global__ void rule_cells(const CellRule* rules, View<float, Device> cells) {
   cell = ruled(cell, rules[i]);
 }
 
+// A thread per cell of the vehicle's grid, and one per cell of the window.
+__global__ void bound_cells(GridBounds<Device> bounds, BoundedGrids grids) {
+  const int i{static_cast<int>(blockIdx.x) * rule_threads + static_cast<int>(threadIdx.x)};
+  const int of_vehicle{bounds.vehicle.width * bounds.vehicle.height};
+  const int of_window{i - of_vehicle};
+  if (i < of_vehicle) {
+    bound_cell(bounds.vehicle.data[i], grids.age_s[i], grids.observed[i], grids.occupancy[i], grids.witness[i]);
+  } else if (of_window < bounds.window.width * bounds.window.height) {
+    float& occupancy{grids.window_occupancy[of_window]};
+    occupancy = bounded(occupancy, bounds.window.data[of_window], grids.window_age_s[of_window]);
+  }
+}
+
 }  // namespace
 
 void find_medians(Cuda& cuda, View<const float, Device> obstacle, View<const float, Device> road,
@@ -214,6 +227,11 @@ void find_trenches(Cuda& cuda, TerrainOnDevice& terrain) {
 
 void apply_rules(Cuda& cuda, const CellRule* rules, View<float, Device> cells) {
   launch(cuda, rule_cells, blocks_for(cells.width * cells.height, rule_threads), rule_threads, 0, rules, cells);
+}
+
+void bound_grids(Cuda& cuda, const GridBounds<Device>& bounds, const BoundedGrids& grids) {
+  const int cells{bounds.vehicle.width * bounds.vehicle.height + bounds.window.width * bounds.window.height};
+  launch(cuda, bound_cells, blocks_for(cells, rule_threads), rule_threads, 0, bounds, grids);
 }
 
 }  // namespace stereogrid

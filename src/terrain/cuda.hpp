@@ -77,6 +77,19 @@ void find_walk(Cuda& cuda, TerrainOnDevice& terrain);
 /// Applies rules, row by row without gaps, to `cells`. `rules` is on the device, or in pinned memory.
 void apply_rules(Cuda& cuda, const CellRule* rules, View<float, Device> cells);
 
+/// Grids that are bounded, on the device, row by row without gaps. `witness` may be in pinned memory.
+struct BoundedGrids {
+  const float* age_s;  ///< ages in the vehicle's grid
+  float* observed;
+  float* occupancy;
+  CellWitness* witness;
+  const float* window_age_s;
+  float* window_occupancy;
+};
+
+/// bound_cell() and bounded() for all cells. `bounds` may be in pinned memory.
+void bound_grids(Cuda& cuda, const GridBounds<Device>& bounds, const BoundedGrids& grids);
+
 /// Cells first_x … end_x − 1, first_y … end_y − 1 of a window, numbered row by row.
 struct LowBox {
   int first_x;

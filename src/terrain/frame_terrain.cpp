@@ -20,21 +20,9 @@ TerrainLimits limits_of(const Config& config) {
           static_cast<float>(config.u_disparity.obstacle_min_height_m), tangent(vehicle.drop_slope_deg)};
 }
 
-// Cell of the window that holds the centre of a cell; outside it, too.
+// Cell of the window that holds the centre of a cell of the vehicle's grid: all of them lie in it.
 CellIndex cell_of(const CellPlaces& places, int ix, int iy) {
-  return {static_cast<int>(std::floor(places.x_of(ix, iy))), static_cast<int>(std::floor(places.y_of(ix, iy)))};
-}
-
-// Cells begin … end − 1 of a row are unknown, and no frame has observed them. Without branches, for vectors.
-bool are_unseen(const FrameResult& result, int iy, int begin, int end) {
-  const float* const observed{result.observed.row(iy)};
-  const float* const filtered{result.vehicle.occupancy.row(iy)};
-  const float* const age_s{result.vehicle.age_s.row(iy)};
-  int seen{0};
-  for (int i{begin}; i < end; ++i)
-    seen |= static_cast<int>(std::min(observed[i], filtered[i]) < 0.5f) |
-            static_cast<int>(age_s[i] <= std::numeric_limits<float>::max());
-  return seen == 0;
+  return {static_cast<int>(places.x_of(ix, iy)), static_cast<int>(places.y_of(ix, iy))};
 }
 
 /// Rows of a ditch's far wall that are needed to find it (5).
@@ -49,20 +37,6 @@ void fill_rows(Image<T>& image, int begin, int end, T value) {
   std::fill_n(image.row(begin), static_cast<std::size_t>(end - begin) * static_cast<std::size_t>(image.width()), value);
 }
 
-// Raises cells begin … end − 1.
-void raise(float* occupancy, int begin, int end, float least) {
-  if (least == 0) return;
-  for (int i{begin}; i < end; ++i) occupancy[i] = std::max(occupancy[i], least);
-}
-
-void bound(const Image<CellRule>& rules, Image<float>& occupancy) {
-  for (int iy{0}; iy < rules.height(); ++iy) {
-    float* const row{occupancy.row(iy)};
-    for_cells(rules.row(iy), rules.width(),
-              [row](int begin, int end, CellRule rule) { raise(row, begin, end, least_filtered(rule)); });
-  }
-}
-
 void clear_rows(FrameResult& result, int begin, int end) {
   fill_rows(result.elevation_m, begin, end, std::numeric_limits<float>::quiet_NaN());
   fill_rows(result.elevation_sigma_m, begin, end, std::numeric_limits<float>::quiet_NaN());
@@ -70,6 +44,24 @@ void clear_rows(FrameResult& result, int begin, int end) {
 }
 
 }  // namespace
+
+void bound_grids(const GridBounds<Host>& bounds, FrameResult& result) {
+  for (int iy{0}; iy < bounds.vehicle.height; ++iy) {
+    const float* const age_s{result.vehicle.age_s.row(iy)};
+    const std::uint8_t* const of_row{bounds.vehicle.row(iy)};
+    float* const observed{result.observed.row(iy)};
+    float* const occupancy{result.vehicle.occupancy.row(iy)};
+    CellWitness* const witness{result.witness.row(iy)};
+    for (int ix{0}, end{bounds.vehicle.width}; ix < end; ++ix)
+      bound_cell(of_row[ix], age_s[ix], observed[ix], occupancy[ix], witness[ix]);
+  }
+  for (int iy{0}; iy < bounds.window.height; ++iy) {
+    const float* const age_s{result.world.age_s.row(iy)};
+    const std::uint8_t* const of_row{bounds.window.row(iy)};
+    float* const occupancy{result.world.occupancy.row(iy)};
+    for (int ix{0}; ix < bounds.window.width; ++ix) occupancy[ix] = bounded(occupancy[ix], of_row[ix], age_s[ix]);
+  }
+}
 
 FrameTerrain::FrameTerrain(const Rig& level_rig, const Config& config, const GridGeometry& vehicle_grid,
                            int window_cells)
@@ -81,7 +73,9 @@ FrameTerrain::FrameTerrain(const Rig& level_rig, const Config& config, const Gri
       witness_{config.vehicle.ground_memory_s, window_cells},
       elevation_{config.grid.cell_size_m, window_cells},
       vehicle_rules_{vehicle_grid.nx, vehicle_grid.ny},
-      window_rules_{window_cells, window_cells} {
+      window_rules_{window_cells, window_cells},
+      vehicle_bounds_{vehicle_grid.nx, vehicle_grid.ny},
+      window_bounds_{window_cells, window_cells} {
   edges_.reserve(static_cast<std::size_t>(level_rig.width_px / sector_px + 1));
   low_cells_.reserve(low_cells_max);
 }
@@ -171,21 +165,22 @@ void FrameTerrain::merge(std::span<const FrameTerrain* const> seen) {
   }
 }
 
-void FrameTerrain::bound_filtered(std::span<const FrameTerrain* const> seen,
-                                  const std::function<bool(Point2)>& claims_free, FrameResult& result) {
+GridBounds<Host> FrameTerrain::find_bounds(std::span<const FrameTerrain* const> seen, View<const float> filtered,
+                                           const std::function<bool(Point2)>& claims_free, FrameResult& result) {
   const bool is_usable{!seen.empty()};
   if (is_usable) {
     merge(seen);
-    for (const FrameTerrain* const one : seen) low_obstacles_.remember(one->low_obstacles_, result.world.occupancy);
-    bound(vehicle_rules_, result.vehicle.occupancy);
+    for (const FrameTerrain* const one : seen) low_obstacles_.remember(one->low_obstacles_, filtered);
     drop_witnesses();
   }
-  bound_hazards(seen, result);
-  bound_vehicle(is_usable, claims_free, result);
+  find_witnesses(is_usable, claims_free, result);
   if (is_usable) see_ground(seen);
   if (claims_free) see_claims(is_usable, claims_free);
-  for (int iy{0}; iy < window_rules_.height(); ++iy) witness_.bound(iy, result.world.occupancy.row(iy));
-  classify(result);
+  std::ranges::transform(vehicle_rules_, vehicle_bounds_.begin(),
+                         [is_usable](CellRule rule) { return is_usable ? bound_of(rule) : std::uint8_t{0}; });
+  witness_.bound(window_bounds_);
+  add_hazards(seen);
+  return {std::as_const(vehicle_bounds_).view(), std::as_const(window_bounds_).view()};
 }
 
 void FrameTerrain::remember_elevation(std::span<const FrameTerrain* const> seen, FrameResult& result) {
@@ -248,15 +243,10 @@ void FrameTerrain::see_ground(std::span<const FrameTerrain* const> seen) {
 
 // Cells below ½ have a witness. Without branches, for vectors.
 void FrameTerrain::classify(FrameResult& result) const {
-  for (int iy{0}; iy < window_rules_.height(); ++iy) {
-    const float* const occupancy{result.world.occupancy.row(iy)};
-    TerrainClass* const classes{result.world_terrain.row(iy)};
-    std::transform(occupancy, occupancy + window_rules_.width(), classes, [](float p) {
-      return static_cast<TerrainClass>(static_cast<int>(p >= ruled_obstacle) *
-                                           static_cast<int>(TerrainClass::obstacle) +
-                                       static_cast<int>(p < 0.5f) * static_cast<int>(TerrainClass::drivable));
-    });
-  }
+  std::ranges::transform(result.world.occupancy, result.world_terrain.begin(), [](float p) {
+    return static_cast<TerrainClass>(static_cast<int>(p >= ruled_obstacle) * static_cast<int>(TerrainClass::obstacle) +
+                                     static_cast<int>(p < 0.5f) * static_cast<int>(TerrainClass::drivable));
+  });
   witness_.for_edges([&](int ix, int iy) { result.world_terrain(ix, iy) = TerrainClass::drop; });
 }
 
@@ -278,52 +268,35 @@ CellWitness FrameTerrain::witness_of(CellRule rule, CellIndex window_cell) const
   return CellWitness::of(Witness::memory, witness_.age_s(window_cell.ix, window_cell.iy));
 }
 
-void FrameTerrain::bound_vehicle(bool is_usable, const std::function<bool(Point2)>& claims_free,
-                                 FrameResult& result) const {
+void FrameTerrain::find_witnesses(bool is_usable, const std::function<bool(Point2)>& claims_free,
+                                  FrameResult& result) const {
   const CellPlaces places{vehicle_in_window()};
-  const auto bound_cell = [&](int ix, int iy, CellRule rule) {
-    const bool is_unseen{are_unseen(result, iy, ix, ix + 1)};
-    CellWitness witness{is_unseen ? CellWitness{} : witness_of(rule, cell_of(places, ix, iy))};
-    if (witness.kind() != Witness::ground && claims_free && claims_free(vehicle_grid_.centre(ix, iy)))
-      witness = CellWitness::of(Witness::source);
-    float& observed{result.observed(ix, iy)};
-    if (!witness.allows_free()) {
-      if (observed < 0.5f) witness = CellWitness::of(Witness::passable);
-      for (float* const occupancy : {&observed, &result.vehicle.occupancy(ix, iy)})
-        *occupancy = std::max(*occupancy, 0.5f);
-    }
-    result.witness(ix, iy) = witness;
-  };
   for (int iy{0}; iy < vehicle_grid_.ny; ++iy) {
     CellWitness* const witnesses{result.witness.row(iy)};
     for_cells(vehicle_rules_.row(iy), vehicle_grid_.nx, [&](int begin, int end, CellRule rule) {
       if (!is_usable) rule = CellRule::ground_not_seen;
-      if (rule == CellRule::as_observed)
-        return std::fill(witnesses + begin, witnesses + end, CellWitness::of(Witness::ground));
-      if (!claims_free && are_unseen(result, iy, begin, end))
-        return std::fill(witnesses + begin, witnesses + end, CellWitness{});
-      for (int ix{begin}; ix < end; ++ix) bound_cell(ix, iy, rule);
+      if (rule == CellRule::as_observed || (rule != CellRule::ground_not_seen && !claims_free))
+        return std::fill(witnesses + begin, witnesses + end, witness_of(rule, {}));
+      for (int ix{begin}; ix < end; ++ix) {
+        witnesses[ix] = witness_of(rule, cell_of(places, ix, iy));
+        if (claims_free && claims_free(vehicle_grid_.centre(ix, iy))) witnesses[ix] = CellWitness::of(Witness::source);
+      }
     });
   }
 }
 
-// Edges and low obstacles are few: each one raises its cell and the cells of the vehicle's grid whose centres lie in
-// it. Cells that no frame has observed stay unknown.
-void FrameTerrain::bound_hazards(std::span<const FrameTerrain* const> seen, FrameResult& result) {
+// Edges and low obstacles are few: each one bounds its cell and the cells of the vehicle's grid whose centres lie in
+// it.
+void FrameTerrain::add_hazards(std::span<const FrameTerrain* const> seen) {
   const CellsWithin cells{vehicle_grid_, place_.window_cells};
-  const auto raise_in = [](GridLayers& grid, int x, int y, float least) {
-    if (std::isinf(grid.age_s(x, y))) return;
-    grid.occupancy(x, y) = std::max(grid.occupancy(x, y), least);
+  const auto add = [&](int x, int y) {
+    window_bounds_(x, y) |= bound_hazard;
+    cells.for_cells(x, y, [&](int ix, int iy) { vehicle_bounds_(ix, iy) |= bound_hazard; });
   };
-  const auto raise = [&](int x, int y, float least) {
-    raise_in(result.world, x, y, least);
-    cells.for_cells(x, y, [&](int ix, int iy) { raise_in(result.vehicle, ix, iy, least); });
-  };
-  witness_.for_edges([&](int x, int y) { raise(x, y, ruled_edge); });
-  const auto raise_obstacle = [&](int x, int y) { raise(x, y, ruled_obstacle); };
+  witness_.for_edges(add);
   low_cells_.clear();
   low_obstacles_.for_obstacles([&](int x, int y, const HeightMemory::Mean& mean) {
-    raise_obstacle(x, y);
+    add(x, y);
     if (!mean.is_sure || low_cells_.size() == low_cells_max) return;
     low_cells_.push_back({x, y, low_obstacles_.height_m(mean.height), mean.frames, false});
   });
@@ -333,7 +306,7 @@ void FrameTerrain::bound_hazards(std::span<const FrameTerrain* const> seen, Fram
     if (at != low_cells_.end() && at->ix == x && at->iy == y) at->is_seen = true;
   };
   for (const FrameTerrain* const one : seen) {
-    one->low_obstacles_.for_high(raise_obstacle);
+    one->low_obstacles_.for_high(add);
     one->low_obstacles_.for_seen(see);
   }
 }

@@ -28,6 +28,9 @@ struct TerrainPlace {
   GridInVehicle window_in_camera;
 };
 
+/// Bounds the grids of a result, see bound_cell().
+void bound_grids(const GridBounds<Host>& bounds, FrameResult& result);
+
 /// Terrain of a camera's frame in its two grids: the vehicle's grid and the window of the filter. That of one camera
 /// keeps what all cameras have seen.
 class FrameTerrain {
@@ -81,17 +84,20 @@ class FrameTerrain {
 
   /// Edges of the last find(), from left to right.
   [[nodiscard]] std::span<const EdgePoint> edges() const { return edges_; }
-  /// Cells of sure low obstacles after the last bound_filtered(), by rows. The caller may sort them.
+  /// Cells of sure low obstacles after the last find_bounds(), by rows. The caller may sort them.
   [[nodiscard]] std::span<LowObstacleCell> low_cells() { return low_cells_; }
-  /// Raises the filtered occupancy where the last find() has seen edges, obstacles, or nothing behind an edge, and
-  /// where a frame before has seen an edge and none since ground, or several have seen a low obstacle.
+  /// Bounds of the filtered occupancy, valid until the next call: where the last find() has seen edges, obstacles, or
+  /// nothing behind an edge, where a frame before has seen an edge and none since ground, or several have seen a low
+  /// obstacle, and where cells below ½ have no witness. Sets the witnesses of free cells, see bound_cell().
   /// `seen`: terrains whose last find() counts, of this camera and others; empty: none.
-  /// Cells below ½ without a witness become unknown. Sets the classes over time. `claims_free`: whether another source
-  /// has seen a place of the vehicle frame as free; empty: there is none.
-  void bound_filtered(std::span<const FrameTerrain* const> seen, const std::function<bool(Point2)>& claims_free,
-                      FrameResult& result);
-  /// Adds the elevations of the frame, and sets those over time. May run beside bound_filtered().
+  /// `filtered`: occupancy of the window without bounds. `claims_free`: whether another source has seen a place of the
+  /// vehicle frame as free; empty: there is none.
+  GridBounds<Host> find_bounds(std::span<const FrameTerrain* const> seen, View<const float> filtered,
+                               const std::function<bool(Point2)>& claims_free, FrameResult& result);
+  /// Adds the elevations of the frame, and sets those over time. May run beside find_bounds().
   void remember_elevation(std::span<const FrameTerrain* const> seen, FrameResult& result);
+  /// When the grids are final: sets the classes over time.
+  void classify(FrameResult& result) const;
   /// Sets the speed limit of the camera by its last find(). `is_usable`: the frame has one that counts; else
   /// `since_s` has passed since the frame before: infinite if that does not count any more.
   void limit_speed(bool is_usable, double since_s, FrameResult& result);
@@ -112,7 +118,7 @@ class FrameTerrain {
   }
   [[nodiscard]] std::size_t memory_bytes() const {
     return memory_bytes_of(terrain_, low_obstacles_, witness_, elevation_, edges_, low_cells_, vehicle_rules_,
-                           window_rules_);
+                           window_rules_, vehicle_bounds_, window_bounds_);
   }
 
  private:
@@ -121,13 +127,12 @@ class FrameTerrain {
   void clear_window(int begin, int end);
   void write_window(int ix, int iy, const CellGround& ground);
   void merge(std::span<const FrameTerrain* const> seen);
-  void bound_hazards(std::span<const FrameTerrain* const> seen, FrameResult& result);
+  void add_hazards(std::span<const FrameTerrain* const> seen);
   void drop_witnesses();
   void see_ground(std::span<const FrameTerrain* const> seen);
-  void classify(FrameResult& result) const;
   void see_claims(bool is_usable, const std::function<bool(Point2)>& claims_free);
   [[nodiscard]] CellWitness witness_of(CellRule rule, CellIndex window_cell) const;
-  void bound_vehicle(bool is_usable, const std::function<bool(Point2)>& claims_free, FrameResult& result) const;
+  void find_witnesses(bool is_usable, const std::function<bool(Point2)>& claims_free, FrameResult& result) const;
   [[nodiscard]] CellPlaces vehicle_in_window() const;
 
   GridGeometry vehicle_grid_;
@@ -141,6 +146,8 @@ class FrameTerrain {
   std::vector<LowObstacleCell> low_cells_;
   Image<CellRule> vehicle_rules_;
   Image<CellRule> window_rules_;
+  Image<std::uint8_t> vehicle_bounds_;
+  Image<std::uint8_t> window_bounds_;
   double window_x_m_{0};  ///< origin of the window
   double window_y_m_{0};
   double age_s_{std::numeric_limits<double>::infinity()};  ///< time since the camera's last usable frame

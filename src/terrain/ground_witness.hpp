@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 
 #include "geometry/window.hpp"
 #include "memory_bytes.hpp"
 #include "stereogrid/image.hpp"
+#include "terrain/rules.hpp"
 
 namespace stereogrid {
 
@@ -43,10 +45,10 @@ class GroundWitness {
     return ix >= 0 && iy >= 0 && ix < left_s_.width() && iy < left_s_.height() && left_s_(ix, iy) > 0;
   }
   [[nodiscard]] bool is_edge(int ix, int iy) const { return left_s_(ix, iy) < 0; }
-  /// Raises the cells of a row without a witness to ½.
-  void bound(int iy, float* occupancy) const {
-    const float* const left_s{left_s_.row(iy)};
-    for (int i{0}; i < left_s_.width(); ++i) occupancy[i] = left_s[i] > 0 ? occupancy[i] : std::max(occupancy[i], 0.5f);
+  /// Cells without a witness are at least unknown.
+  void bound(Image<std::uint8_t>& bounds) const {
+    std::ranges::transform(left_s_, bounds.begin(),
+                           [](float left_s) { return left_s > 0 ? std::uint8_t{0} : std::uint8_t{bound_unknown}; });
   }
   /// Calls work(ix, iy) for the cells with an edge.
   template <class Work>

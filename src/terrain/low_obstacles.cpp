@@ -14,9 +14,9 @@ namespace {
 constexpr int read_columns{32};  ///< columns that are read together
 
 // The cell or one beside it.
-bool is_near_occupied(const Image<float>& occupancy, int ix, int iy) {
-  for (int y{std::max(iy - 1, 0)}; y <= std::min(iy + 1, occupancy.height() - 1); ++y) {
-    for (int x{std::max(ix - 1, 0)}; x <= std::min(ix + 1, occupancy.width() - 1); ++x) {
+bool is_near_occupied(View<const float> occupancy, int ix, int iy) {
+  for (int y{std::max(iy - 1, 0)}; y <= std::min(iy + 1, occupancy.height - 1); ++y) {
+    for (int x{std::max(ix - 1, 0)}; x <= std::min(ix + 1, occupancy.width - 1); ++x) {
       if (occupancy(x, y) >= ruled_obstacle) return true;
     }
   }
@@ -288,7 +288,7 @@ void LowObstacleFinder::check() {
 }
 
 // Rays and the filter decide about tall things that they see: these may move, and the matcher smears them.
-void LowObstacles::remember(const LowObstacles& of, const Image<float>& occupancy) {
+void LowObstacles::remember(const LowObstacles& of, View<const float> occupancy) {
   const auto is_in_view = [&model = of.model_](int ix, int iy) { return model.is_in_view(ix, iy); };
   memory_.pass_bars(is_in_view);
   for (const LowCell& cell : of.seen_) {

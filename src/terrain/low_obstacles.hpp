@@ -140,7 +140,7 @@ class LowObstacles {
   /// Moves the memory with the window.
   void move(Scroll scroll) { memory_.move(scroll); }
   /// Adds the frame of a camera, this one or another, to the memory. `occupancy`: the filter's, in the window.
-  void remember(const LowObstacles& of, const Image<float>& occupancy);
+  void remember(const LowObstacles& of, View<const float> occupancy);
   /// Calls work(ix, iy, HeightMemory::Mean) for the cells with an obstacle in memory, by rows.
   template <class Work>
   void for_obstacles(const Work& work) const {

@@ -134,12 +134,48 @@ class CellsWithin {
   CellPlaces places_;
 };
 
-/// Least filtered occupancy of a cell with that rule: near observations override memory of ground that looked free
-/// from afar.
-STEREOGRID_HD inline float least_filtered(CellRule rule) {
-  if (rule == CellRule::edge) return ruled_edge;
-  return rule == CellRule::not_free || rule == CellRule::obstacle ? 0.5f : 0.0f;
+/// Bounds of a cell's filtered occupancy, by its rule, its hazards and its witness in the window.
+enum CellBound : std::uint8_t {
+  bound_unknown = 1,
+  bound_occupied = 2,
+  bound_hazard = 4,  ///< in memory, or low: the same where a frame has observed the cell
+};
+static_assert(ruled_edge == ruled_obstacle);
+
+/// Bound of a cell with that rule: near observations override memory of ground that looked free from afar.
+constexpr std::uint8_t bound_of(CellRule rule) {
+  if (rule == CellRule::edge) return bound_occupied;
+  return rule == CellRule::not_free || rule == CellRule::obstacle ? bound_unknown : 0;
 }
+
+/// Without branches, for vectors.
+STEREOGRID_HD inline float bounded(float occupancy, std::uint8_t bounds, float age_s) {
+  const int bits{bounds};
+  const float of_hazard{age_s < INFINITY ? ruled_obstacle : 0.0f};
+  const float of_rule{
+      Max((bits & bound_occupied) != 0 ? ruled_obstacle : 0.0f, (bits & bound_unknown) != 0 ? 0.5f : 0.0f)};
+  return Max(occupancy, Max(of_rule, (bits & bound_hazard) != 0 ? of_hazard : 0.0f));
+}
+
+/// Bounds a cell of the vehicle's grid. `witness`: that of a free cell; then the cell's. Memory is no witness of a cell
+/// that no frame has observed.
+STEREOGRID_HD inline void bound_cell(std::uint8_t bounds, float age_s, float& observed, float& occupancy,
+                                     CellWitness& witness) {
+  if (bounds != 0) occupancy = bounded(occupancy, bounds, age_s);
+  const Witness kind{witness.kind()};
+  const bool is_unseen{!(age_s < INFINITY) && Min(observed, occupancy) >= 0.5f};
+  if (witness.allows_free() && !(kind == Witness::memory && is_unseen)) return;
+  witness = CellWitness::of(observed < 0.5f ? Witness::passable : Witness::none);
+  observed = Max(observed, 0.5f);
+  occupancy = Max(occupancy, 0.5f);
+}
+
+/// Bounds of the filtered grids, CellBound; empty: none.
+template <class Space>
+struct GridBounds {
+  View<const std::uint8_t, Space> vehicle;
+  View<const std::uint8_t, Space> window;
+};
 
 /// The ground of a frame and the rules of its grids; empty: none.
 struct TerrainRules {

@@ -115,6 +115,7 @@ void check_cameras(std::size_t count) {
     gpu.run(seen, place, dt_s);
     law.run(seen, place, dt_s);
     compare_cameras(gpu.result, law.result);
+    compare_on_device(gpu.frames, gpu.result);
     CHECK_EQUAL(gpu.result.cameras[0].has_images, !is_first_missing);
     CHECK_EQUAL(gpu.result.cameras[1].status.empty(), index != 3 && index != 4);
     CHECK(index != 2 || cells_of_all(gpu.result) > 5);
@@ -327,6 +328,7 @@ TEST(low_obstacles_of_two_cameras_equal_the_reference) {
     if (index == 3) seen[0].left = {};
     for (RunnerAround* runner : {&gpu, &law}) runner->run(seen, {0.1 * index, 0, 0}, index == 0 ? 0 : 0.1);
     compare_cameras(gpu.result, law.result);
+    compare_on_device(gpu.frames, gpu.result);
     CHECK_EQUAL(obstacle_cells(law.result.cameras[0]) > 5, index != 3);
     CHECK_EQUAL(obstacle_cells(law.result.cameras[1]) > 5, index != 2);
   }

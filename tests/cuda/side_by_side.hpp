@@ -103,6 +103,7 @@ inline void compare_grids(const FrameResult& gpu, const FrameResult& law) {
   CHECK_EQUAL(differences(gpu.vehicle.moving, law.vehicle.moving), 0);
   CHECK_EQUAL(differences(gpu.vehicle.age_s, law.vehicle.age_s), 0);
   CHECK_EQUAL(differences(gpu.terrain, law.terrain), 0);
+  CHECK_EQUAL(differences(gpu.witness, law.witness), 0);
   CHECK_EQUAL(differences(gpu.world_terrain, law.world_terrain), 0);
   CHECK_EQUAL(gpu.obstacles.size(), law.obstacles.size());
   for (std::size_t i{0}; i < gpu.obstacles.size() && i < law.obstacles.size(); ++i) {
@@ -122,6 +123,27 @@ inline void compare(const FrameResult& gpu, const FrameResult& law) {
   CHECK(gpu.warnings == law.warnings);
 }
 
+/// The device has the grids of the result.
+inline void compare_on_device(FramePipeline& frames, const FrameResult& result) {
+  Cuda cuda;
+  const auto compare_next = [&cuda](const float*& on_device, const Image<float>& expected) {
+    Image<float> found{expected.width(), expected.height()};
+    download(cuda, on_device, found.size(), found.data());
+    cuda.synchronize();
+    CHECK_EQUAL(differences(found, expected), 0);
+    on_device += found.size();
+  };
+  DeviceGrids grids{frames.device_grids()};
+  compare_next(grids.observed, result.observed);
+  const auto compare_layers = [&](const float* on_device, const GridLayers& layers) {
+    for (const Image<float>* layer : {&layers.occupancy, &layers.velocity_x, &layers.velocity_y, &layers.age_s,
+                                      &layers.velocity_xx, &layers.velocity_xy, &layers.velocity_yy, &layers.moving})
+      compare_next(on_device, *layer);
+  };
+  compare_layers(grids.vehicle, result.vehicle);
+  compare_layers(grids.world, result.world);
+}
+
 /// Both back ends side by side.
 class Pair {
  public:
@@ -134,6 +156,7 @@ class Pair {
     gpu.run(frame, dt_s);
     law.run(frame, dt_s);
     is_equal_to_the_bit ? compare(gpu.result, law.result) : compare_nearly(gpu.result, law.result);
+    compare_on_device(gpu.frames, gpu.result);
   }
 
   Runner gpu;

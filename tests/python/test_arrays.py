@@ -313,7 +313,7 @@ def test_arrays_of_a_gpu(on_gpu: Callable[..., Any], gpu: sg.Pipeline, small_sce
         result = gpu.process(on_gpu(left), **on_device, stamp_ns=frame.stamp_ns, pose=frame.pose)
         expected = cpu.process(left, **of_right, stamp_ns=frame.stamp_ns, pose=frame.pose)
         assert result.stamp_ns == frame.stamp_ns and (result.observed != 0.5).any()
-        grids = gpu.device_grids(result)
+        grids = gpu.device_grids()
         np.testing.assert_array_equal(on_host(grids.observed), expected.observed)
         for layers, filtered in ((grids.vehicle, expected), (grids.world, expected.world)):
             values = on_host(layers)
@@ -328,7 +328,7 @@ def test_arrays_of_a_gpu(on_gpu: Callable[..., Any], gpu: sg.Pipeline, small_sce
 def test_arrays_of_a_gpu_keep_its_memory(gpu: sg.Pipeline, small_scene: sg.Recording) -> None:
     result = gpu.process(small_scene[0])
     references = sys.getrefcount(gpu)
-    vehicle = on_host(gpu.device_grids(result).vehicle)
+    vehicle = on_host(gpu.device_grids().vehicle)
     gc.collect()
     assert sys.getrefcount(gpu) > references
     np.testing.assert_array_equal(vehicle[0], result.occupancy)
@@ -344,7 +344,7 @@ def test_arrays_of_a_gpu_that_cannot_be_used(small_scene: sg.Recording) -> None:
         with pytest.raises(sg.ConfigError, match="has no device memory"):
             cpu.process(on_gpu(left), on_gpu(right))
     with pytest.raises(sg.ConfigError, match="has no device memory"):
-        cpu.device_grids(cpu.process(small_scene[0]))
+        cpu.device_grids()
     with pytest.raises(TypeError, match="right: in the host's memory"):
         cpu.process(image, right)
     with pytest.raises(TypeError, match="left: in the host's memory"):

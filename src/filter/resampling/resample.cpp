@@ -82,18 +82,11 @@ void complete_unobserved(const Pose2& world_from_vehicle, FrameResult& result) {
   const GridLayers& world{result.world};
   GridLayers& vehicle{result.vehicle};
   const CellPlaces cells{places_in_window(grid_in_vehicle(vehicle.geometry, world_from_vehicle), world.geometry)};
-  const auto age_at = [&](int ix, int iy) {
-    return world.age_s(std::clamp(ix, 0, world.geometry.nx - 1), std::clamp(iy, 0, world.geometry.ny - 1));
-  };
+  const auto age_at = [&](int ix, int iy) { return world.age_s(ix, iy); };
   for (int iy{0}; iy < vehicle.geometry.ny; ++iy) {
     for (int ix{0}; ix < vehicle.geometry.nx; ++ix) {
-      float& age_s{vehicle.age_s(ix, iy)};
-      float& occupancy{vehicle.occupancy(ix, iy)};
-      if (age_s < never || !is_known(occupancy)) continue;
-      const int x{static_cast<int>(std::floor(cells.x_of(ix, iy) - 0.5f))};
-      const int y{static_cast<int>(std::floor(cells.y_of(ix, iy) - 0.5f))};
-      age_s = std::min({age_at(x, y), age_at(x + 1, y), age_at(x, y + 1), age_at(x + 1, y + 1)});
-      if (age_s == never) occupancy = std::min(occupancy, std::max(vehicle.moving(ix, iy), 0.5f));
+      complete_cell(age_at, world.geometry, cells.x_of(ix, iy), cells.y_of(ix, iy), vehicle.moving(ix, iy),
+                    vehicle.age_s(ix, iy), vehicle.occupancy(ix, iy));
     }
   }
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 
+#include "filter/correction_model.hpp"
 #include "filter/layers.cuh"
-#include "filter/resampling/resample_model.hpp"
 
 namespace stereogrid {
 namespace {
@@ -43,6 +43,35 @@ __global__ void resample_cells(LayerPointers world, const GridGeometry* window, 
   out.velocity_yy[to] = velocity.yy;
 }
 
+// The same for the cells of the frame's own grid.
+__global__ void correct_cells(View<const float, Device> window_occupancy, const GridGeometry* window,
+                              const GridInVehicle* cells, const GridInVehicle* vehicle_in_world,
+                              View<const float, Device> observed, bool is_widened, LayerPointers vehicle) {
+  const int ix{static_cast<int>(blockIdx.x * cells_width + threadIdx.x)};
+  const int iy{static_cast<int>(blockIdx.y * cells_height + threadIdx.y)};
+  if (ix >= observed.width || iy >= observed.height) return;
+  const FrameCorrection<Device> correction{observed, window_occupancy, *cells,
+                                           places_in_window(*vehicle_in_world, *window), is_widened};
+  const int cell{iy * observed.width + ix};
+  correction.correct(ix, iy, vehicle.occupancy[cell], vehicle.moving[cell]);
+}
+
+__global__ void complete_cells(View<const float, Device> window_age_s, const GridGeometry* window,
+                               const GridInVehicle* vehicle_in_world, View<float, Device> age_s,
+                               LayerPointers vehicle) {
+  const int ix{static_cast<int>(blockIdx.x * cells_width + threadIdx.x)};
+  const int iy{static_cast<int>(blockIdx.y * cells_height + threadIdx.y)};
+  if (ix >= age_s.width || iy >= age_s.height) return;
+  const CellPlaces cells{places_in_window(*vehicle_in_world, *window)};
+  const int cell{iy * age_s.width + ix};
+  complete_cell(window_age_s, *window, cells.x_of(ix, iy), cells.y_of(ix, iy), vehicle.moving[cell], age_s(ix, iy),
+                vehicle.occupancy[cell]);
+}
+
+dim3 blocks_of(const DeviceImage<float>& cells) {
+  return {blocks_for(cells.width(), cells_width), blocks_for(cells.height(), cells_height)};
+}
+
 }  // namespace
 
 LayersOnDevice::LayersOnDevice(int width, int height, float* memory)
@@ -61,11 +90,21 @@ LayersOnDevice::LayersOnDevice(int width, int height, float* memory, std::size_t
 
 void resample(Cuda& cuda, const LayersOnDevice& world, const GridGeometry* window,
               const GridInVehicle* vehicle_in_world, LayersOnDevice& vehicle) {
-  const int nx{vehicle.occupancy.width()};
-  const int ny{vehicle.occupancy.height()};
-  launch(cuda, resample_cells, dim3{blocks_for(nx, cells_width), blocks_for(ny, cells_height)},
-         dim3{cells_width, cells_height}, 0, pointers(world), window, vehicle_in_world, vehicle.occupancy.view(),
-         pointers(vehicle));
+  launch(cuda, resample_cells, blocks_of(vehicle.occupancy), dim3{cells_width, cells_height}, 0, pointers(world),
+         window, vehicle_in_world, vehicle.occupancy.view(), pointers(vehicle));
+}
+
+void correct_by_frame(Cuda& cuda, const LayersOnDevice& world, const GridGeometry* window, const GridInVehicle* cells,
+                      const GridInVehicle* vehicle_in_world, View<const float, Device> observed, bool is_widened,
+                      LayersOnDevice& vehicle) {
+  launch(cuda, correct_cells, blocks_of(vehicle.occupancy), dim3{cells_width, cells_height}, 0, world.occupancy.view(),
+         window, cells, vehicle_in_world, observed, is_widened, pointers(vehicle));
+}
+
+void complete_unobserved(Cuda& cuda, const LayersOnDevice& world, const GridGeometry* window,
+                         const GridInVehicle* vehicle_in_world, LayersOnDevice& vehicle) {
+  launch(cuda, complete_cells, blocks_of(vehicle.occupancy), dim3{cells_width, cells_height}, 0, world.age_s.view(),
+         window, vehicle_in_world, vehicle.age_s.view(), pointers(vehicle));
 }
 
 }  // namespace stereogrid

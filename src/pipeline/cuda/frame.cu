@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "backend/warp.cuh"
-#include "stereogrid/error.hpp"
 
 namespace stereogrid {
 namespace {
@@ -51,18 +50,6 @@ void fetch_image(Cuda& cuda, const DeviceImage<T>& device, Image<T>& image) {
   download(cuda, device.data(), image.size(), image.data());
 }
 
-// Calls work(image) for the grids of a result in their order.
-template <class Result, class Work>
-void for_packed(Result& result, const Work& work) {
-  work(result.observed);
-  for (auto* grid : {&result.world, &result.vehicle}) {
-    for (auto* image : {&grid->occupancy, &grid->velocity_x, &grid->velocity_y, &grid->age_s, &grid->velocity_xx,
-                        &grid->velocity_xy, &grid->velocity_yy, &grid->moving}) {
-      work(*image);
-    }
-  }
-}
-
 // Behind `end`, where anything can begin.
 std::size_t next_part(std::size_t end) {
   constexpr std::size_t alignment{256};
@@ -92,19 +79,17 @@ PackedGrids::PackedGrids(const GridSizes& sizes)
 
 void PackedGrids::copy_to(const float* packed, int begin, int end, FrameResult& result) {
   int i{0};
-  for_packed(result, [&](Image<float>& image) {
+  const auto copy = [&](Image<float>& image) {
     if (begin <= i && i < end) std::copy_n(packed, image.size(), image.data());
     packed += image.size();
     ++i;
-  });
-}
-
-void PackedGrids::copy_from(const FrameResult& result, float* packed) const {
-  std::size_t cells{0};
-  for_packed(result, [&](const Image<float>& image) { cells += image.size(); });
-  if (cells != size)
-    throw InputError{"the result", "has grids of other sizes than the pipeline.", "Give one that it has filled."};
-  for_packed(result, [&](const Image<float>& image) { packed = std::copy_n(image.data(), image.size(), packed); });
+  };
+  copy(result.observed);
+  for (GridLayers* const grid : {&result.world, &result.vehicle}) {
+    for (Image<float>* const image : {&grid->occupancy, &grid->velocity_x, &grid->velocity_y, &grid->age_s,
+                                      &grid->velocity_xx, &grid->velocity_xy, &grid->velocity_yy, &grid->moving})
+      copy(*image);
+  }
 }
 
 HostMemory::HostMemory(const Rig& rig, const GridSizes& sizes, std::size_t relief_size)
@@ -113,6 +98,9 @@ HostMemory::HostMemory(const Rig& rig, const GridSizes& sizes, std::size_t relie
       output{layout.answer_end},
       set{1},
       grids{PackedGrids{sizes}.size},
+      vehicle_bounds{size_of(sizes.filtered_vehicle)},
+      window_bounds{square(sizes.filtered_window)},
+      witness{size_of(sizes.filtered_vehicle)},
       observed{size_of(sizes.vehicle)},
       evidence{square(sizes.filtered_window)},
       evidence_count{1},
@@ -174,8 +162,15 @@ void DeviceMemory::observe_nothing(Cuda& cuda) {
   }
 }
 
-void DeviceMemory::fetch_grids(Cuda& cuda, HostMemory& host) {
-  download(cuda, grids.data(), grids.size(), host.grids.data());
+void DeviceMemory::fetch_window(Cuda& cuda, HostMemory& host) {
+  const std::size_t offset{observed.size()};
+  download(cuda, grids.data() + offset, LayersOnDevice::layers * world.occupancy.size(), host.grids.data() + offset);
+}
+
+void DeviceMemory::fetch_final(Cuda& cuda, HostMemory& host) {
+  download(cuda, grids.data(), observed.size() + world.occupancy.size(), host.grids.data());
+  const std::size_t offset{observed.size() + LayersOnDevice::layers * world.occupancy.size()};
+  download(cuda, grids.data() + offset, grids.size() - offset, host.grids.data() + offset);
 }
 
 void DeviceMemory::fetch_stages(Cuda& cuda, StageImages& stages) const {
@@ -238,7 +233,7 @@ StageTimes StreamTimes::stages(bool has_observed, bool has_filtered) const {
     times.count = between(resumed, counted);
     times.project = between(counted, projected);
   }
-  if (has_filtered) times.filter = between(filtering, fetched);
+  if (has_filtered) times.filter = between(filtering, fetched) + between(finishing, finished);
   return times;
 }
 

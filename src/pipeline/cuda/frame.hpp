@@ -75,16 +75,14 @@ struct GridSizes {
   int filtered_window;
 };
 
-/// The grids that a frame leaves, one after the other, so that one copy brings them all to the host: the observed grid,
-/// the layers of the world's window, those of the vehicle's grid.
+/// The grids that a frame leaves, one after the other, so that few copies bring them to the host: the observed grid,
+/// the layers of the world's window, of which the occupancy is the first, those of the vehicle's grid.
 struct PackedGrids {
   explicit PackedGrids(const GridSizes& sizes);
 
   static constexpr int images{1 + 2 * 8};
   /// Images begin … end − 1.
   static void copy_to(const float* packed, int begin, int end, FrameResult& result);
-  /// Throws InputError: the result has grids of other sizes.
-  void copy_from(const FrameResult& result, float* packed) const;
 
   std::size_t world;    ///< offset of the window's layers
   std::size_t vehicle;  ///< likewise of the vehicle's grid
@@ -112,7 +110,10 @@ struct HostMemory {
   PinnedBuffer<std::byte> input;
   PinnedBuffer<std::byte> output;
   PinnedBuffer<FrameSetOnDevice> set;
-  PinnedBuffer<float> grids;                ///< see PackedGrids
+  PinnedBuffer<float> grids;                  ///< see PackedGrids
+  PinnedBuffer<std::uint8_t> vehicle_bounds;  ///< see GridBounds
+  PinnedBuffer<std::uint8_t> window_bounds;
+  PinnedBuffer<CellWitness> witness;
   PinnedBuffer<float> observed;             ///< the camera's own observed grid, beside that of all
   PinnedBuffer<VelocityEvidence> evidence;  ///< read from here: it is little, and how much changes
   PinnedBuffer<int> evidence_count;
@@ -133,7 +134,10 @@ struct DeviceMemory {
   void fetch_answer(Cuda& cuda, HostMemory& host);
   /// Both observed grids are unknown.
   void observe_nothing(Cuda& cuda);
-  void fetch_grids(Cuda& cuda, HostMemory& host);
+  /// The window, as the filter leaves it.
+  void fetch_window(Cuda& cuda, HostMemory& host);
+  /// Final grids: the vehicle's, the observed one and the window's occupancy.
+  void fetch_final(Cuda& cuda, HostMemory& host);
   /// Waits for them.
   void fetch_stages(Cuda& cuda, StageImages& stages) const;
 
@@ -181,9 +185,11 @@ class StreamTimes {
     fused,
     filtering,
     filtered,
-    fetched
+    fetched,
+    finishing,
+    finished
   };
-  static constexpr int marks{15};
+  static constexpr int marks{17};
 
   StreamTimes();
   StreamTimes(const StreamTimes&) = delete;

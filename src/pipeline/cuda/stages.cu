@@ -10,6 +10,7 @@
 #include "images/patch.hpp"
 #include "pipeline/results.hpp"
 #include "pipeline/stages.hpp"
+#include "stereogrid/error.hpp"
 
 namespace stereogrid {
 namespace {
@@ -61,6 +62,7 @@ void CudaStages::load_kernels() {
   stereogrid::fuse_cameras(cuda_, {}, device_.observed.view());
   reset(cuda_, device_.filter, &device_.set.data()->motion, device_.states[now_]);
   enqueue_filter(true);
+  enqueue_finish({true, true, true});
 }
 
 void CudaStages::load_mask() {
@@ -236,6 +238,7 @@ void CudaStages::filter(const FrameGrids& grids, const FilterEvidence& evidence,
   cuda_.use();
   if (is_filtering_) synchronize();
   is_at_work_ = is_filtering_ = true;
+  has_grids_ = false;
   put_set(grids);
   std::copy(evidence.held.begin(), evidence.held.end(), host_.held.data());
   *host_.held_count.data() = static_cast<int>(evidence.held.size());
@@ -361,8 +364,31 @@ void CudaStages::enqueue_filter(bool has_others) {
   }
   stereogrid::resample(cuda_, device_.world, &set->window, &set->vehicle_in_world, device_.vehicle);
   times_.mark(cuda_, StreamTimes::filtered);
-  device_.fetch_grids(cuda_, host_);
+  device_.fetch_window(cuda_, host_);
   times_.mark(cuda_, StreamTimes::fetched);
+}
+
+void CudaStages::enqueue_finish(const FinalStep& step) {
+  const FrameSetOnDevice* set{device_.set.data()};
+  times_.mark(cuda_, StreamTimes::finishing);
+  if (step.is_corrected) {
+    correct_by_frame(cuda_, device_.world, &set->window, &set->vehicle_cells, &set->vehicle_in_world,
+                     std::as_const(device_.observed).view(), step.is_widened, device_.vehicle);
+  }
+  if (has_terrain()) {
+    const auto bounds_of = [](const DeviceImage<float>& cells, const std::uint8_t* bounds) {
+      return View<const std::uint8_t, Device>{bounds, cells.width(), cells.height(), cells.width()};
+    };
+    bound_grids(cuda_,
+                {bounds_of(device_.vehicle.occupancy, host_.vehicle_bounds.data()),
+                 bounds_of(device_.world.occupancy, host_.window_bounds.data())},
+                {device_.vehicle.age_s.data(), device_.observed.data(), device_.vehicle.occupancy.data(),
+                 host_.witness.data(), device_.world.age_s.data(), device_.world.occupancy.data()});
+  }
+  if (step.is_completed)
+    complete_unobserved(cuda_, device_.world, &set->window, &set->vehicle_in_world, device_.vehicle);
+  device_.fetch_final(cuda_, host_);
+  times_.mark(cuda_, StreamTimes::finished);
 }
 
 void CudaStages::scatter_lattice() {
@@ -378,6 +404,23 @@ void CudaStages::scatter_lattice() {
   }
 }
 
+View<const float> CudaStages::filtered(const FrameResult&) {
+  cuda_.use();
+  synchronize();
+  const int cells{sizes_.window};
+  return {host_.grids.data() + PackedGrids{sizes_}.world, cells, cells, cells};
+}
+
+void CudaStages::finish(const FrameGrids&, const FinalStep& step, FrameResult& result) {
+  cuda_.use();
+  std::copy_n(step.bounds.vehicle.data, step.bounds.vehicle.width * step.bounds.vehicle.height,
+              host_.vehicle_bounds.data());
+  std::copy_n(step.bounds.window.data, step.bounds.window.width * step.bounds.window.height,
+              host_.window_bounds.data());
+  std::ranges::copy(result.witness, host_.witness.data());
+  perform(finish_graphs_[step.is_corrected ? 1 : 0][step.is_widened ? 1 : 0], [&] { enqueue_finish(step); });
+}
+
 void CudaStages::publish(const FrameGrids& grids, FrameResult& result) {
   cuda_.use();
   synchronize();
@@ -387,9 +430,11 @@ void CudaStages::publish(const FrameGrids& grids, FrameResult& result) {
   result.world.geometry = grids.window;
   options_.copy(PackedGrids::images,
                 [&](int begin, int end) { PackedGrids::copy_to(host_.grids.data(), begin, end, result); });
+  std::copy_n(host_.witness.data(), result.witness.size(), result.witness.data());
   result.timing_ms.filter += watch.lap();
   now_ = 1 - now_;
   window_before_ = grids.window;
+  has_grids_ = true;
 }
 
 void CudaStages::fetch(const DeviceImages& images, StereoFrame& into) {
@@ -410,17 +455,10 @@ void CudaStages::fetch(const DeviceImages& images, StereoFrame& into) {
   synchronize();
 }
 
-// Host stages change the grids after the filter: what the device has is not the result.
-DeviceGrids CudaStages::send(const FrameResult& result, bool waits) {
-  cuda_.use();
-  if (is_at_work_) synchronize();
-  PackedGrids{sizes_}.copy_from(result, host_.grids.data());
-  is_at_work_ = true;
-  upload(cuda_, host_.grids.data(), host_.grids.size(), device_.grids.data());
-  times_.mark(cuda_, StreamTimes::exchanged);
-  if (waits) synchronize();
-  return {device_.observed.data(), device_.vehicle.occupancy.data(), device_.world.occupancy.data(),
-          reinterpret_cast<std::uintptr_t>(times_.event(StreamTimes::exchanged))};
+// The host has waited for them.
+DeviceGrids CudaStages::device_grids() {
+  if (!has_grids_) throw InputError{"device_grids()", "is called before a frame.", "Process one."};
+  return {device_.observed.data(), device_.vehicle.occupancy.data(), device_.world.occupancy.data()};
 }
 
 void CudaStages::publish_matches(FrameResult& result) {

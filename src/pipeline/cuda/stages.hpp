@@ -31,10 +31,12 @@ class CudaStages final : public Stages {
   void fuse_cameras(std::span<const CameraGrids> cameras, FrameResult& result) override;
   std::span<const ColumnNode> find_nodes(const Ground& ground, const Relief<Host>& relief) override;
   void filter(const FrameGrids& grids, const FilterEvidence& evidence, FrameResult& result) override;
+  View<const float> filtered(const FrameResult& result) override;
+  void finish(const FrameGrids& grids, const FinalStep& step, FrameResult& result) override;
   void publish(const FrameGrids& grids, FrameResult& result) override;
   void publish_matches(FrameResult& result) override;
   void fetch(const DeviceImages& images, StereoFrame& into) override;
-  DeviceGrids send(const FrameResult& result, bool waits) override;
+  DeviceGrids device_grids() override;
   void exchange(StateArchive archive) override;
   /// Matching is recorded again where other rows are masked.
   void set_mask(PixelMask mask) override;
@@ -68,6 +70,7 @@ class CudaStages final : public Stages {
   void count();
   void project();
   void enqueue_filter(bool has_others);
+  void enqueue_finish(const FinalStep& step);
   void scatter_lattice();
   void clear_masked();
   void save(StateWriter& state);
@@ -101,12 +104,14 @@ class CudaStages final : public Stages {
   // between frames
   GridGeometry window_before_;  ///< window of the last completed frame
   int now_{0};                  ///< device_.states[now_] is written in this frame
+  bool has_grids_{false};       ///< grids of a completed frame
 
   std::array<Graph, 2> match_graphs_;  ///< [is_external_]
   Graph low_obstacles_graph_;
   Graph ground_graph_;
   std::array<Graph, 2> observe_graphs_;                ///< [is_usable]
   std::array<std::array<Graph, 2>, 2> filter_graphs_;  ///< [with other grids][now_]
+  std::array<std::array<Graph, 2>, 2> finish_graphs_;  ///< [is_corrected][is_widened]
 };
 
 }  // namespace stereogrid

@@ -183,8 +183,11 @@ struct FrameOf {
     result.vehicle = grid_layers(vehicle.grid);
     result.world = grid_layers(window.at(pose));
     result.observed.fill(0);
-    const std::array<const FrameTerrain*, 1> seen{&terrain};
-    terrain.bound_filtered(std::span{seen}.first(is_usable ? 1 : 0), claims_free, result);
+    const std::array<const FrameTerrain*, 1> all{&terrain};
+    const std::span seen{std::span{all}.first(is_usable ? 1 : 0)};
+    bound_grids(terrain.find_bounds(seen, std::as_const(result.world.occupancy).view(), claims_free, result), result);
+    terrain.remember_elevation(seen, result);
+    terrain.classify(result);
     float highest{0};
     for (const double near : {x - 0.2, x, x + 0.2}) {
       const Point2 world{pose * Point2{near, 0}};
