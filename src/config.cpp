@@ -208,6 +208,7 @@ Config paper_preset() {
   Config config;
   config.ground.model = GroundModel::plane;
   config.matching.align_rows = false;
+  config.matching.thin_tops = false;
   config.matching.window_px = 21;
   config.matching.uniqueness = 0.02;
   config.matching.texture = 1;

@@ -57,6 +57,7 @@ struct MatchingConfig {
   int speckle_px{40};
   int road_speckle_px{200};
   bool subpixel{true};
+  bool thin_tops{true};
   double external_sigma_px{0};
   double external_sigma_per_m{0};
 
@@ -90,6 +91,8 @@ struct MatchingConfig {
     visit({"road_speckle_px", "px", 0, 100000, "Remove connected patches of fewer road pixels; 0: keep all."},
           self.road_speckle_px);
     visit({"subpixel", "", 0, 1, "Refine disparities between the integers on the winner's cost curve."}, self.subpixel);
+    visit({"thin_tops", "", 0, 1, "Correlation: search thin, wide things above the road, such as tops of tables."},
+          self.thin_tops);
     visit({"external_sigma_px", "px", 0, 10,
            "External disparities: standard deviation. 0: estimated from the disparities of each frame."},
           self.external_sigma_px);

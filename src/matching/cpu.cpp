@@ -168,6 +168,9 @@ void match(Cpu& cpu, View<const std::uint8_t> left, View<const std::uint8_t> rig
   Decider decider{plane, config, space, matches};
   find_candidates(cpu, left, right, plane, config, space, decider);
   remove_speckles(cpu, speckle_sizes(config), space.speckles, matches);
+  if (has_tops(config)) {
+    add_tops(cpu, {space.short_left, space.short_right_reversed}, plane, top_rules(config), space.tops, matches);
+  }
 }
 
 }  // namespace stereogrid

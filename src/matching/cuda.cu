@@ -9,6 +9,8 @@ MatchingWorkspaceOnDevice::MatchingWorkspaceOnDevice(int width, int height, cons
       level{width, height},
       parents{width, height},
       sizes{width, height} {
+  const bool has_points{width >= top_step_px && height >= top_window_rows};
+  if (has_tops(config) && has_points) tops.emplace_back(top_columns(width), top_row_pairs(height));
   if (config.method == MatchingMethod::semi_global) {
     semi_global.emplace_back(width, height, config);
   } else {
@@ -42,6 +44,9 @@ void match(Cuda& cuda, View<const std::uint8_t, Device> left, View<const std::ui
   find_candidates(cuda, left, right, plane, config, space);
   decide(cuda, space.upright.view(), space.level.view(), space.textured.view(), plane, config, matches);
   remove_speckles(cuda, speckle_sizes(config), space.parents.view(), space.sizes.view(), matches);
+  for (auto& points : space.tops) {
+    add_tops(cuda, space.short_census.front(), plane, top_rules(config), points.view(), matches);
+  }
 }
 
 namespace {

@@ -91,6 +91,7 @@ struct MatchingWorkspaceOnDevice {
   DeviceImage<FoundLabel> level;
   DeviceImage<int> parents;  ///< speckles: another pixel of the patch; itself where it stands for the patch
   DeviceImage<int> sizes;    ///< pixels, where it stands for a part of a patch
+  std::vector<DeviceImage<ThinTop>> tops;  ///< one where has_tops
 };
 
 /// As the other back ends do. `plane` lies on the device. All work goes to the stream, without waiting or allocating,
@@ -146,5 +147,9 @@ void decide(Cuda& cuda, View<const FoundLabel, Device> upright, View<const Found
 /// Speckles::remove.
 void remove_speckles(Cuda& cuda, const SpeckleSizes& smallest, View<int, Device> parents, View<int, Device> sizes,
                      DeviceMatches& matches);
+
+/// Replaces matches by thin tops.
+void add_tops(Cuda& cuda, const DescribedOnDevice<std::uint8_t>& census, const RoadPlane* plane, const TopRules& rules,
+              View<ThinTop, Device> points, DeviceMatches& matches);
 
 }  // namespace stereogrid

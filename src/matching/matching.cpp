@@ -46,6 +46,16 @@ ConfidenceModel confidence_model(const MatchingConfig& config) {
           {0.060f, -2.173f, -3.143f, 61.630f, 33.120f, 1.446f, -1.529f}};
 }
 
+bool has_tops(const MatchingConfig& config) {
+  return config.thin_tops && config.method == MatchingMethod::correlation;
+}
+
+TopRules top_rules(const MatchingConfig& config) {
+  const double most{static_cast<double>(compared_bits(config.window_px) * top_samples)};
+  return {confidence_model(config), config.disparities, static_cast<int>(ambiguous_cost_share * most),
+          config.window_px * config.window_px, config.subpixel};
+}
+
 int uniqueness_1024(const MatchingConfig& config) {
   return static_cast<int>(std::lround(config.uniqueness * 1024));
 }
@@ -59,6 +69,7 @@ MatchingWorkspace::MatchingWorkspace(int width, int height, const MatchingConfig
       rows(static_cast<std::size_t>(threads), RowCandidates{width}),
       decisions(static_cast<std::size_t>(threads), ClassifyWorkspace{width}),
       textures(static_cast<std::size_t>(threads), TextureWorkspace{width, config.window_px / 2}) {
+  if (has_tops(config)) tops = {width, height, config.disparities, threads};
   if (config.method == MatchingMethod::semi_global) {
     for (auto* census : {&census_left, &census_right, &census_sheared}) *census = {width, height, row_overrun};
   } else {

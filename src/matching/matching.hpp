@@ -11,6 +11,7 @@
 #include "matching/checks/speckles.hpp"
 #include "matching/model.hpp"
 #include "matching/padded.hpp"
+#include "matching/tops/tops.hpp"
 #include "memory_bytes.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/image.hpp"
@@ -36,7 +37,7 @@ struct MatchingWorkspace {
 
   [[nodiscard]] std::size_t memory_bytes() const {
     return memory_bytes_of(left, right, sheared, short_left, short_right_reversed, short_sheared, census_left,
-                           census_right, census_sheared, textured, speckles, memory, rows, decisions, textures);
+                           census_right, census_sheared, textured, speckles, memory, rows, decisions, textures, tops);
   }
 
   Padded<std::uint8_t> left, right, sheared;                             ///< grey levels
@@ -48,6 +49,7 @@ struct MatchingWorkspace {
   std::vector<RowCandidates> rows;   ///< CPU: of each band
   std::vector<ClassifyWorkspace> decisions;
   std::vector<TextureWorkspace> textures;
+  TopsWorkspace tops;  ///< empty unless has_tops
 };
 
 /// Allocates what the CPU works in besides. Without it the first frame does.
@@ -84,6 +86,10 @@ SpeckleSizes speckle_sizes(const MatchingConfig& config);
 
 /// Confidence model and cost limit of this matcher.
 ConfidenceModel confidence_model(const MatchingConfig& config);
+
+/// Whether thin tops are searched, and how.
+bool has_tops(const MatchingConfig& config);
+TopRules top_rules(const MatchingConfig& config);
 
 /// The share by which a runner-up must cost more, in 1/1024.
 int uniqueness_1024(const MatchingConfig& config);

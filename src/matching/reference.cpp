@@ -168,6 +168,17 @@ void match(Reference& reference, View<const std::uint8_t> left, View<const std::
   Decider decider{left, plane, config, matches};
   find_candidates(reference, left, right, plane, config, space, decider);
   space.speckles.remove(speckle_sizes(config), matches);
+  if (!has_tops(config)) return;
+  const unsigned compared{(1u << compared_bits(config.window_px)) - 1};
+  const auto describe = [&](const auto& pixel) { return static_cast<std::uint8_t>(short_census(pixel) & compared); };
+  const auto of_left = described<std::uint8_t>(left, describe);
+  const auto of_right = described<std::uint8_t>(right, describe);
+  for (int v{0}; v < left.height; ++v) {
+    space.short_left.copy_row(v, of_left.row(v));
+    std::reverse_copy(of_right.row(v), of_right.row(v) + left.width, space.short_right_reversed.row(v));
+    space.short_right_reversed.repeat_border(v);
+  }
+  add_tops(reference, {space.short_left, space.short_right_reversed}, plane, top_rules(config), space.tops, matches);
 }
 
 }  // namespace stereogrid

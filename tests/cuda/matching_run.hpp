@@ -60,6 +60,15 @@ inline Pair textured_pair(Size size, unsigned seed) {
   return pair;
 }
 
+/// Noise, and a strip of four rows that is found at one disparity.
+inline Pair topped_pair(Size size, int first_v, int disparity, unsigned seed) {
+  Pair pair{noise_pair(size, seed)};
+  for (int v{first_v}; v < first_v + 4; ++v) {
+    for (int u{0}; u + disparity < size.width; ++u) pair.right(u, v) = pair.left(u + disparity, v);
+  }
+  return pair;
+}
+
 /// Noise in which a pixel of the left image is found at either of two disparities.
 inline Pair doubled_pair(Size size, int one, int other, unsigned seed) {
   std::mt19937 generator{seed};

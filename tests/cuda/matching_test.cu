@@ -98,6 +98,19 @@ TEST(windows_of_the_presets) {
   }
 }
 
+TEST(thin_tops) {
+  for (const int disparities : {31, 64, 130}) {
+    const MatchingConfig config{config_of(9, disparities)};
+    const Pair pair{topped_pair({203, 61}, 30, 24, 181)};
+    check_equal(pair, plain_plane, config);
+    const ReferenceRun expected{pair, plain_plane, config};
+    int found{0};
+    for (int u{60}; u < 180; ++u)
+      found += expected.matches.obstacle(u, 31) > 23 && expected.matches.obstacle(u, 31) < 25 ? 1 : 0;
+    CHECK(found > 90);
+  }
+}
+
 // Wider than the claims that a row's decision keeps at once.
 TEST(windows_on_wide_images) {
   check_equal(noise_pair({8200, 1}, 149), rolled_plane, config_of(3, 8));

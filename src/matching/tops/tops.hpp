@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "geometry/matches.hpp"
+#include "geometry/road_plane.hpp"
+#include "matching/padded.hpp"
+#include "matching/tops/model.hpp"
+#include "memory_bytes.hpp"
+#include "stereogrid/image.hpp"
+
+namespace stereogrid {
+
+class Cpu;
+struct Reference;
+
+/// Working memory of `add_tops`.
+struct TopsWorkspace {
+  TopsWorkspace() = default;
+  TopsWorkspace(int width, int height, int disparities, int threads);
+
+  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(points, costs); }
+
+  /// Bytes of a point's costs: whole vectors.
+  static std::size_t pitch(int disparities) { return (static_cast<std::size_t>(disparities) + 63) / 64 * 64; }
+
+  Image<ThinTop> points;            ///< the lattice
+  std::vector<std::uint8_t> costs;  ///< each thread's: those of the columns and of the windows of a row of points
+};
+
+/// Short census of the images that `add_tops` compares, the right one as `ShortCensus` has it.
+struct TopImages {
+  const Padded<std::uint8_t>& left;
+  const Padded<std::uint8_t>& right_reversed;
+};
+
+/// Replaces matches by thin tops.
+void add_tops(Cpu& cpu, const TopImages& images, const RoadPlane& plane, const TopRules& rules, TopsWorkspace& space,
+              Matches& matches);
+void add_tops(Reference& reference, const TopImages& images, const RoadPlane& plane, const TopRules& rules,
+              TopsWorkspace& space, Matches& matches);
+
+/// Costs of the disparities at the points of row pair v, `pitch` bytes a point. `columns`: as large, working memory.
+void top_costs(const TopImages& images, int v, int disparities, std::uint8_t* columns, std::uint8_t* costs);
+
+}  // namespace stereogrid
