@@ -33,14 +33,14 @@ bool is_camera_name(const std::string& name) {
          std::ranges::all_of(name, [&](char c) { return is_letter(c) || (c >= '0' && c <= '9') || c == '_'; });
 }
 
-void check_grid(const ObservedGrid& grid, const std::string& frame_name) {
+void check_grid(const ObservedGrid& grid, const StereoFrame& frame) {
   const GridGeometry& geometry{grid.geometry};
   const auto fits = [&](const auto& image) { return image.width() == geometry.nx && image.height() == geometry.ny; };
   const auto are_shares = [](const auto& image) {
     return std::all_of(image.begin(), image.end(), [](float p) { return p >= 0 && p <= 1; });
   };
   const auto require = [&](bool fine, const char* problem, const char* remedy) {
-    if (!fine) throw InputError{"frame " + frame_name, problem, remedy};
+    if (!fine) throw InputError{title_of(frame), problem, remedy};
   };
   require(std::isfinite(geometry.x_min_m) && std::isfinite(geometry.y_min_m) && std::isfinite(geometry.cell_size_m) &&
               geometry.cell_size_m > 0,
@@ -54,10 +54,10 @@ void check_grid(const ObservedGrid& grid, const std::string& frame_name) {
 }
 
 template <class Pixel>
-void check_image(const char* which, const View<const Pixel>& image, const Rig& rig, const std::string& frame_name) {
+void check_image(const char* which, const View<const Pixel>& image, const Rig& rig, const StereoFrame& frame) {
   const auto size = [](int width, int height) { return std::to_string(width) + " × " + std::to_string(height); };
   const auto refuse = [&](const std::string& problem, const std::string& remedy) {
-    throw InputError{"frame " + frame_name, which + (" has " + problem), remedy};
+    throw InputError{title_of(frame), which + (" has " + problem), remedy};
   };
   if (image.width != rig.width_px || image.height != rig.height_px) {
     refuse(size(image.width, image.height) + " pixels.",
@@ -71,13 +71,13 @@ void check_image(const char* which, const View<const Pixel>& image, const Rig& r
   }
 }
 
-void check_images(const FrameImages& images, const Rig& rig, const std::string& frame_name) {
+void check_images(const FrameImages& images, const Rig& rig, const StereoFrame& frame) {
   if (images.right.empty() && images.disparity.empty()) {
-    throw InputError{"frame " + frame_name, "has neither a right image nor disparities.", "Give one of them, or both."};
+    throw InputError{title_of(frame), "has neither a right image nor disparities.", "Give one of them, or both."};
   }
-  check_image("left", images.left, rig, frame_name);
-  if (!images.right.empty()) check_image("right", images.right, rig, frame_name);
-  if (!images.disparity.empty()) check_image("disparity", images.disparity, rig, frame_name);
+  check_image("left", images.left, rig, frame);
+  if (!images.right.empty()) check_image("right", images.right, rig, frame);
+  if (!images.disparity.empty()) check_image("disparity", images.disparity, rig, frame);
 }
 
 }  // namespace
@@ -132,23 +132,23 @@ void check(const Config& config, std::span<const Rig> rigs, const PipelineOption
 }
 
 void check(const StereoFrame& frame, const FrameImages& images, const Rig& rig) {
-  check_images(images, rig, frame.name);
+  check_images(images, rig, frame);
   const Pose2 pose{frame.world_from_vehicle.value_or(Pose2{})};
   if (!std::isfinite(pose.x_m) || !std::isfinite(pose.y_m) || !std::isfinite(pose.yaw_rad)) {
-    throw InputError{"frame " + frame.name, "its pose is not finite.", "Give numbers, or leave the pose out."};
+    throw InputError{title_of(frame), "its pose is not finite.", "Give numbers, or leave the pose out."};
   }
   if (!is_place(pose)) {
-    throw InputError{"frame " + frame.name, "its pose is farther than 1e9 m from the origin.",
+    throw InputError{title_of(frame), "its pose is farther than 1e9 m from the origin.",
                      "Give metres, in a frame whose origin is on the same planet, or leave the pose out."};
   }
-  for (const ObservedGrid& grid : frame.other_grids) check_grid(grid, frame.name);
+  for (const ObservedGrid& grid : frame.other_grids) check_grid(grid, frame);
   const Image<std::uint8_t>& labels{frame.labels};
   if (labels.empty()) return;
   if (labels.width() != rig.width_px || labels.height() != rig.height_px) {
-    throw InputError{"frame " + frame.name, "has labels of another size than the rig's images.", "Give one per pixel."};
+    throw InputError{title_of(frame), "has labels of another size than the rig's images.", "Give one per pixel."};
   }
   if (std::ranges::any_of(labels, [](std::uint8_t label) { return label >= names_of(PixelLabel{}).size(); })) {
-    throw InputError{"frame " + frame.name, "has labels that are none.", "They are values of PixelLabel, 0 to 4."};
+    throw InputError{title_of(frame), "has labels that are none.", "They are values of PixelLabel, 0 to 4."};
   }
 }
 

@@ -94,8 +94,8 @@ void FrameInput::check(std::span<const CameraImages> frames) const {
   if (frames.empty()) throw InputError{"frame", "there is none.", "Give a frame of one camera at least."};
   std::uint64_t seen{0};
   for (const auto& [frame, images] : frames) {
-    const auto refuse = [name = frame.name](const std::string& problem, const char* remedy) {
-      throw InputError{"frame " + name, problem, remedy};
+    const auto refuse = [&frame = frame](const std::string& problem, const char* remedy) {
+      throw InputError{title_of(frame), problem, remedy};
     };
     if (frame.camera < 0 || frame.camera >= static_cast<int>(cameras_.size())) {
       refuse("its camera is " + std::to_string(frame.camera) + " (allowed 0 … " + std::to_string(cameras_.size() - 1) +
@@ -112,7 +112,7 @@ void FrameInput::check(std::span<const CameraImages> frames) const {
   }
   const StereoFrame& newest{newest_of(frames)};
   if (now_.clock.stands_still(newest.stamp_ns)) {
-    throw InputError{"frame " + newest.name, "its stamp is that of the frame before.",
+    throw InputError{title_of(newest), "its stamp is that of the frame before.",
                      "Every frame needs a stamp of its own."};
   }
 }

@@ -133,6 +133,11 @@ class FrameInput {
 /// Throws ConfigError with all that a pipeline cannot be made of.
 void check(const Config& config, std::span<const Rig> rigs, const PipelineOptions& options);
 
+/// "frame NAME" for messages, of one without a name its index.
+inline std::string title_of(const StereoFrame& frame) {
+  return "frame " + (frame.name.empty() ? std::to_string(frame.index) : frame.name);
+}
+
 /// Throws InputError where a frame's images, pose or other grids cannot be used.
 void check(const StereoFrame& frame, const FrameImages& images, const Rig& rig);
 

@@ -115,8 +115,7 @@ struct Pipeline::Implementation {
   void process(const StereoFrame& frame, const FrameImages& images, FrameResult& into) {
     const bool has_others{cameras() > 1};
     if (has_others && frame.others.size() >= cameras()) {
-      throw InputError{"frame " + frame.name, "has more frames than the pipeline has cameras.",
-                       "Give one of each camera."};
+      throw InputError{title_of(frame), "has more frames than the pipeline has cameras.", "Give one of each camera."};
     }
     frames_in.clear();
     const bool has_images{!images.left.empty() || !images.right.empty() || !images.disparity.empty()};
@@ -135,8 +134,7 @@ struct Pipeline::Implementation {
     frames_in.push_back({frame, {sized_as(images.left), sized_as(images.right), sized_as(images.disparity)}});
     input.check(frames_in);  // reads no pixels
     for (const std::ptrdiff_t pitch : {images.left.pitch, images.right.pitch, images.disparity.pitch}) {
-      if (pitch < 0)
-        throw InputError{"frame " + frame.name, "has a negative pitch in device memory.", "Turn the image."};
+      if (pitch < 0) throw InputError{title_of(frame), "has a negative pitch in device memory.", "Turn the image."};
     }
     frames->fetch(frame.camera, images, fetched);
     process(frame, static_cast<FrameImages>(fetched), into);

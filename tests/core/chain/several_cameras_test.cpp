@@ -142,6 +142,9 @@ TEST_F(SeveralCameras, FramesMustBeOfTheirCameras) {
   frame.others[0].camera = 1;
   EXPECT_NO_THROW(two.process(frame));
   EXPECT_THROW(two.process(frame), InputError) << "the same stamps again";
+  frame.name.clear();
+  frame.index = 7;
+  EXPECT_THAT(error_text_of<InputError>([&] { two.process(frame); }), ::testing::StartsWith("frame 7: "));
   EXPECT_THROW(Pipeline(grid_around(), std::span<const Rig>{}), ConfigError);
 }
 
