@@ -120,7 +120,7 @@ class STEREOGRID_EXPORT Pipeline {
   /// pipeline of one rig ignores. A camera without a frame observes nothing. The newest stamp is the time of the
   /// result, whose vehicle frame is that of the newest frame; its other grids are used. Poses compensate the motion
   /// from the other stamps to it. Calls are in the order of their newest stamps. The observed grids are fused by the
-  /// mean log odds of those that see a cell.
+  /// mean log odds of those that see a cell. A leap of a camera's own clock resets that camera, with a status.
   ///
   /// Throws InputError for an invalid frame: it does not fit the rig, has the stamp of the frame before, a pose that is
   /// not finite or farther than 1e9 m from the origin, or invalid other grids. The state is then unchanged.

@@ -60,8 +60,8 @@ struct Prediction {
 
 /// Conditions that limit the use of a frame's grids.
 enum class FrameStatus {
-  clock_gap,            ///< more than motion.gap_max_s since the frame before: all state was reset
-  clock_stepped_back,   ///< stamp before that of the last frame: all state was reset
+  clock_gap,            ///< more than motion.gap_max_s since the frame before: all state was reset, or a camera's
+  clock_stepped_back,   ///< stamp before that of the last frame: likewise; the warning names one of several cameras
   pose_missing,         ///< no pose: the last motion continues. Before the first pose the vehicle is assumed to be
                         ///< static, and only the first frame has the flag
   pose_jump,            ///< implausible pose change: the pose frame was shifted

@@ -16,8 +16,6 @@
 namespace stereogrid {
 namespace {
 
-constexpr const char* consequence{"all state is reset"};
-
 // Unsigned, since from one end of the stamps to the other is more than a signed number holds.
 double seconds_between(std::int64_t earlier_ns, std::int64_t later_ns) {
   return static_cast<double>(static_cast<std::uint64_t>(later_ns) - static_cast<std::uint64_t>(earlier_ns)) * 1e-9;
@@ -39,17 +37,16 @@ const StereoFrame& newest_of(std::span<const CameraImages> frames) {
 
 }  // namespace
 
-FrameClock::Tick FrameClock::tick(std::int64_t stamp_ns) {
+FrameClock::Tick FrameClock::tick(std::int64_t stamp_ns, double gap_max_s) {
   const std::optional<std::int64_t> last_ns{std::exchange(last_ns_, stamp_ns)};
   if (!last_ns) return {};
   if (stamp_ns < *last_ns) {
     return {0, FrameStatus::clock_stepped_back,
-            "the clock has stepped back by " + text_of(seconds_between(stamp_ns, *last_ns)) + ": " + consequence};
+            "the clock has stepped back by " + text_of(seconds_between(stamp_ns, *last_ns))};
   }
   const double dt_s{seconds_between(*last_ns, stamp_ns)};
-  if (dt_s <= gap_max_s_) return {dt_s, {}, {}};
-  return {0, FrameStatus::clock_gap,
-          text_of(dt_s) + " since the frame before, more than motion.gap_max_s: " + consequence};
+  if (dt_s <= gap_max_s) return {dt_s, {}, {}};
+  return {0, FrameStatus::clock_gap, text_of(dt_s) + " since the frame before, more than motion.gap_max_s"};
 }
 
 CameraInput::CameraInput(const Rig& rig)
@@ -84,7 +81,7 @@ std::size_t CameraInput::memory_bytes() const {
 FrameInput::FrameInput(const MotionConfig& config, std::span<const Rig> rigs, const PipelineOptions& options)
     : gap_max_s_{config.gap_max_s},
       cameras_(rigs.begin(), rigs.end()),
-      now_{FrameClock{config.gap_max_s}, EgoMotion{config, options.in_world_of_poses}} {
+      now_{{}, EgoMotion{config, options.in_world_of_poses}} {
   now_.ego_motion.start_at(options.start);
   frames_.reserve(rigs.size());
   views_.reserve(rigs.size());
@@ -106,7 +103,7 @@ void FrameInput::check(std::span<const CameraImages> frames) const {
     if ((seen >> camera & 1U) != 0) refuse("is the second one of its camera.", "Give one frame of a camera at a time.");
     seen |= std::uint64_t{1} << camera;
     stereogrid::check(frame, images, cameras_[camera].rig());
-    if (now_.last[camera].stamp_ns && *now_.last[camera].stamp_ns == frame.stamp_ns) {
+    if (now_.last[camera].clock.stands_still(frame.stamp_ns)) {
       refuse("its stamp is that of the frame before.", "Every frame needs a stamp of its own.");
     }
   }
@@ -118,21 +115,27 @@ void FrameInput::check(std::span<const CameraImages> frames) const {
 }
 
 // The vehicle is where it was at the newest frame. The camera of another frame is moved by the difference of the poses.
-void FrameInput::add(const CameraImages& one, const StereoFrame& newest, const FrameSet& set, Cpu& cpu) {
+void FrameInput::add(const CameraImages& one, const StereoFrame& newest, Cpu& cpu, FrameResult& result) {
   const StereoFrame& frame{one.frame};
-  CameraInput& camera{cameras_[static_cast<std::size_t>(frame.camera)]};
-  LastFrame& last{now_.last[static_cast<std::size_t>(frame.camera)]};
+  const auto index = static_cast<std::size_t>(frame.camera);
+  CameraInput& camera{cameras_[index]};
+  LastFrame& last{now_.last[index]};
   const bool has_moved{&frame != &newest && newest.world_from_vehicle && frame.world_from_vehicle};
   const Pose2 vehicle{has_moved
-                          ? set.world_from_vehicle * (inverse(*newest.world_from_vehicle) * *frame.world_from_vehicle)
-                          : set.world_from_vehicle};
+                          ? set_.world_from_vehicle * (inverse(*newest.world_from_vehicle) * *frame.world_from_vehicle)
+                          : set_.world_from_vehicle};
   LevelFrame level{};
   level.world_from_camera = composed(vehicle, camera_place(camera.rig()));
   level.camera = frame.camera;
-  const bool follows{last.stamp_ns && *last.stamp_ns < frame.stamp_ns};
-  const double since_last_s{follows ? seconds_between(*last.stamp_ns, frame.stamp_ns) : 0};
-  level.restarts = set.restarts || (last.stamp_ns && !(follows && since_last_s <= gap_max_s_));
-  level.dt_s = level.restarts ? 0 : since_last_s;
+  FrameClock::Tick tick{last.clock.tick(frame.stamp_ns, gap_max_s_)};
+  const auto named = [&](const std::string& text) { return result.cameras[index].camera_name + ": " + text; };
+  if (tick.leap) result.add(*tick.leap, named(tick.warning + ": the state of this camera is reset"));
+  if (const double age_s{seconds_between(frame.stamp_ns, newest.stamp_ns)}; set_.dt_s > 0 && age_s > set_.dt_s) {
+    result.warnings.push_back({named("its frame is " + text_of(age_s) +
+                                     " older than the newest, and older than the result before. Check the clocks.")});
+  }
+  level.restarts = set_.restarts || tick.leap;
+  level.dt_s = tick.dt_s;
   camera.set_images(one.images, cpu, level);
   frames_.push_back(level);
   const double travelled_m{
@@ -143,16 +146,16 @@ void FrameInput::add(const CameraImages& one, const StereoFrame& newest, const F
   const double focal_baseline_pxm{rig.focal_px * rig.baseline_m};
   views_.push_back({level.world_from_camera, rig.cx_px / rig.focal_px, (rig.width_px - rig.cx_px) / rig.focal_px,
                     focal_baseline_pxm * travelled_m, focal_baseline_pxm});
-  last = {frame.stamp_ns, vehicle};
+  last.world_from_vehicle = vehicle;
 }
 
 const FrameSet& FrameInput::convert(std::span<const CameraImages> frames, Cpu& cpu, FrameResult& result) {
   const StereoFrame& newest{newest_of(frames)};
-  FrameClock::Tick tick{now_.clock.tick(newest.stamp_ns)};
+  FrameClock::Tick tick{now_.clock.tick(newest.stamp_ns, gap_max_s_)};
   if (tick.leap) {
     now_.ego_motion.restart();
     drop_last_frames();
-    result.add(*tick.leap, std::move(tick.warning));
+    result.add(*tick.leap, tick.warning + ": all state is reset");
   }
   const double dt_s{tick.dt_s};
   constexpr double shortest_s{1e-3};
@@ -167,7 +170,7 @@ const FrameSet& FrameInput::convert(std::span<const CameraImages> frames, Cpu& c
   for (std::size_t camera{0}; camera < cameras_.size(); ++camera) {
     const auto has_camera = [camera](const CameraImages& one) { return one.frame.camera == static_cast<int>(camera); };
     const auto one = std::ranges::find_if(frames, has_camera);
-    if (one != frames.end()) add(*one, newest, set_, cpu);
+    if (one != frames.end()) add(*one, newest, cpu, result);
   }
   set_.cameras = frames_;
   set_.views = views_;

@@ -22,17 +22,15 @@ namespace stereogrid {
 /// The time from frame to frame, from their stamps, and what to make of a clock that leaps. Decision 19.
 class FrameClock {
  public:
-  explicit FrameClock(double gap_max_s) : gap_max_s_{gap_max_s} {}
-
   struct Tick {
     double dt_s{0};                     ///< 0: this frame is a first one
     std::optional<FrameStatus> leap{};  ///< clock_gap or clock_stepped_back: reset the state
-    std::string warning{};              ///< message for the leap
+    std::string warning{};              ///< message for the leap, without its consequence
   };
   /// True for the stamp of the frame before.
   [[nodiscard]] bool stands_still(std::int64_t stamp_ns) const { return last_ns_ && *last_ns_ == stamp_ns; }
-  /// Advances to the next frame.
-  Tick tick(std::int64_t stamp_ns);
+  /// Advances to the next frame. A longer time than `gap_max_s` is a leap.
+  Tick tick(std::int64_t stamp_ns, double gap_max_s);
   /// The next frame is a first one, whatever its stamp.
   void reset() { last_ns_.reset(); }
 
@@ -42,7 +40,6 @@ class FrameClock {
   }
 
  private:
-  double gap_max_s_;
   std::optional<std::int64_t> last_ns_;
 };
 
@@ -88,14 +85,14 @@ class FrameInput {
   /// The views are of the frames' images or of this object's images, until the next call. Sets status and warnings of
   /// clock and poses in `result`.
   const FrameSet& convert(std::span<const CameraImages> frames, Cpu& cpu, FrameResult& result);
-  /// Time and place of a camera's last frame.
+  /// Clock of a camera, and place of its last frame.
   struct LastFrame {
-    std::optional<std::int64_t> stamp_ns{};
+    FrameClock clock{};
     Pose2 world_from_vehicle{};
 
     template <class State>
     void exchange(State& state) {
-      state(stamp_ns, world_from_vehicle);
+      state(clock, world_from_vehicle);
     }
   };
   /// Time and world between two frames.
@@ -120,7 +117,7 @@ class FrameInput {
  private:
   void drop_last_frames() { std::ranges::fill(now_.last, LastFrame{}); }
   Pose2 place(const StereoFrame& frame, double dt_s, FrameResult& result);
-  void add(const CameraImages& one, const StereoFrame& newest, const FrameSet& set, Cpu& cpu);
+  void add(const CameraImages& one, const StereoFrame& newest, Cpu& cpu, FrameResult& result);
 
   double gap_max_s_;
   std::vector<CameraInput> cameras_;

@@ -104,6 +104,29 @@ TEST_F(SeveralCameras, MotionBetweenStampsIsCompensated) {
   EXPECT_GT(highest_near(result.observed, result.vehicle.geometry, {0, wall_m - 0.5}), 0.5) << "at the side";
 }
 
+TEST_F(SeveralCameras, EachHasAClock) {
+  Pipeline named{grid_around(), scene.rigs(), {.threads = 2, .camera_names = {"front", "left", "rear", "right"}}};
+  const auto messages_of = [&](std::size_t frame, std::int64_t late_ns) {
+    StereoFrame next{scene.load(frame)};
+    next.others[1].stamp_ns -= late_ns;
+    const FrameResult& result{named.process(next)};
+    std::string messages;
+    for (const Warning& warning : result.warnings) messages += warning.text + "\n";
+    for (const FrameStatus status : result.status)
+      messages += std::string{names_of(status)[static_cast<std::size_t>(status)]};
+    return messages;
+  };
+  EXPECT_EQ(messages_of(0, 0), "");
+  EXPECT_EQ(messages_of(1, 0), "");
+  const std::string back{messages_of(2, 3'000'000'000)};
+  EXPECT_THAT(back, ::testing::HasSubstr("rear: the clock has stepped back by 2.9"));
+  EXPECT_THAT(back, ::testing::HasSubstr("clock_stepped_back"));
+  EXPECT_THAT(messages_of(3, 3'000'000'000), ::testing::StartsWith("rear: its frame is 3.000 s older than the newest"));
+  named.reset();
+  EXPECT_EQ(messages_of(4, 10'000'000'000), "") << "a first frame";
+  EXPECT_THAT(messages_of(5, 0), ::testing::HasSubstr("rear: 10.1"));
+}
+
 TEST_F(SeveralCameras, OneRejectedCameraLeavesTheOthers) {
   StereoFrame frame{scene.load(0)};
   frame.others[0].right.fill(3);

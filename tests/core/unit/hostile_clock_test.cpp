@@ -170,13 +170,13 @@ TEST_P(HostileClock, NextToNoTimeBetweenFramesIsSurvived) {
 
 TEST(FrameClock, AGapBeginsBeyondTheLargestInterval) {
   for (const auto& [step_ns, is_gap] : {std::pair{second_ns, false}, {second_ns + 1, true}}) {
-    FrameClock clock{1};
-    EXPECT_EQ(clock.tick(0).dt_s, 0) << "a first frame";
-    EXPECT_EQ(clock.tick(step_ns).leap.has_value(), is_gap) << step_ns;
+    FrameClock clock;
+    EXPECT_EQ(clock.tick(0, 1).dt_s, 0) << "a first frame";
+    EXPECT_EQ(clock.tick(step_ns, 1).leap.has_value(), is_gap) << step_ns;
   }
-  FrameClock clock{1};
+  FrameClock clock;
   EXPECT_FALSE(clock.stands_still(0));
-  static_cast<void>(clock.tick(0));
+  static_cast<void>(clock.tick(0, 1));
   EXPECT_TRUE(clock.stands_still(0));
   EXPECT_FALSE(clock.stands_still(1));
   clock.reset();
