@@ -159,7 +159,9 @@ def merge(files: "list[str]", ranges: "dict[str, dict[str, str]]", out: str) -> 
     for name, run in runs.items():
         variants.setdefault(", ".join(run["settings"]), {})[name] = run
     summary = {settings: summary_of(those) for settings, those in variants.items()}
-    Path(out).write_text(json.dumps(summary, indent=1, sort_keys=True) + "\n", encoding="utf-8")
+    new = Path(out + ".new")
+    new.write_text(json.dumps(summary, indent=1, sort_keys=True) + "\n", encoding="utf-8")
+    new.rename(out)
     for settings, one in summary.items():
         print(f"{settings or 'all'}: {one['drives']} drives, {one['frames']} frames, {one['skipped']} skipped, "
               f"{len(one['impossible'])} impossible", file=sys.stderr)

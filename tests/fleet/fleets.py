@@ -87,7 +87,6 @@ def remove_results(results: Path, *names):
     for name in names:
         shutil.rmtree(results / "done" / name, ignore_errors=True)
         (results / "scores" / f"{name}.json").unlink(missing_ok=True)
-    (results / "summary.json").unlink(missing_ok=True)
 
 
 def poison(folder: Path):
@@ -100,7 +99,7 @@ def poison(folder: Path):
     for image, content in images.items():
         image.write_bytes(b"x" * len(content))
     away.rename(folder / "elsewhere")
-    assert "mounted" in finish(config, results, expect=1)
+    assert "Mount its" in finish(config, results, expect=1)
     assert sorted(path.name for path in (results / "done").iterdir()) == ["bad", "good"]
     (folder / "elsewhere").rename(away)
     finish(config, results)
@@ -112,9 +111,13 @@ def poison(folder: Path):
     remove_results(results, "bad")
     finish(config, results)
     expect_equal(results, folder / "reference")
+    configure(folder, {path.name: str(path) for path in (good, bad)})
+    finish(config, results)
+    assert json.loads((results / "summary.json").read_text(encoding="utf-8"))[""]["drives"] == 2
+    configure(folder, {path.name: str(path) for path in (good, bad, away)}, options="--compact")
+    assert "other options: good bad away" in finish(config, results, expect=1)
     remove_results(results, "good")
     shutil.rmtree(results / "parts" / "good")
-    configure(folder, {path.name: str(path) for path in (good, bad, away)}, options="--compact")
     assert "other options: bad away" in finish(config, results, expect=1)
 
 
