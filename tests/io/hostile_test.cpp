@@ -190,6 +190,8 @@ TEST_F(Hostile, SettingsThatAreNone) {
            {"grid: {length_m: .nan}\n", "grid.length_m"},
            {"grid: {length_m: \"\"}\n", "grid.length_m has no value"},
            {"grid: 3\n", "'grid' is a group"},
+           {"grid: {length_m: 30}\ngrid: {width_m: 20}\n", "line 2: has 'grid' again"},
+           {"grid: {length_m: 30}\ngrid.length_m: 31\n", "line 2: has 'grid.length_m' again"},
            {"grid: {length_m: " + std::string(100'000, '7') + "x}\n", "…"},
            {"gr\xff: 3\n", "bad.yaml"}}) {
     put(folder / "bad.yaml", text);

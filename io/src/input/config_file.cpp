@@ -5,6 +5,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <nlohmann/json.hpp>
+#include <set>
 #include <type_traits>
 
 #include "input/calibration/yaml_group.hpp"
@@ -26,9 +27,11 @@ class Settings {
   void take(const YAML::Node& map, const std::string& prefix, int depth) {
     if (depth > most_groups) fail(map, "groups stand in groups in groups; there are only 'group: {name: value}'.");
     for (const auto& item : map) {
-      if (++keys_ > most_keys) fail(map, "there are more keys than parameters by far.");
+      if (names_.size() == most_keys) fail(map, "there are more keys than parameters by far.");
       if (!item.first.IsScalar()) fail(item.first, "a key is a word, such as 'grid'.");
-      take_value(item.first, item.second, prefix + item.first.Scalar(), depth);
+      const std::string name{prefix + item.first.Scalar()};
+      if (!names_.insert(name).second) fail(item.first, "has '" + name + "' again.");
+      take_value(item.first, item.second, name, depth);
     }
   }
 
@@ -40,7 +43,7 @@ class Settings {
  private:
   static constexpr int most_groups{4};
   static constexpr std::size_t most_values{1000};
-  static constexpr int most_keys{10'000};
+  static constexpr std::size_t most_keys{10'000};
 
   [[nodiscard]] std::string joined(const YAML::Node& list, const std::string& name) const {
     if (list.size() > most_values) fail(list, name + " has more values than a list may have.");
@@ -64,7 +67,7 @@ class Settings {
 
   std::filesystem::path path_;
   Config& config_;
-  int keys_{0};
+  std::set<std::string> names_;
 };
 
 template <class T>
