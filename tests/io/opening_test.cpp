@@ -42,6 +42,16 @@ TEST_F(Opening, NothingThere) {
       {"file.png", "one file", "LEFT RIGHT"});
 }
 
+TEST_F(Opening, TheCalibrationHasAnyOfItsNames) {
+  put_plain(folder.path());
+  const fs::path yaml{folder / "calibration.yaml"};
+  for (const char* const name : {"calibration.yml", "calib.yaml", "calib.yml"}) {
+    fs::rename(yaml, folder / name);
+    EXPECT_EQ(open()->contents().calibration_file, folder / name);
+    fs::rename(folder / name, yaml);
+  }
+}
+
 TEST_F(Opening, RecordingsInsideAreSuggested) {
   put_plain(folder / "drive_7");
   expect_refused({"no stereo recording", "drive_7"});

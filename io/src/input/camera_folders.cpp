@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "input/calibration/yaml_group.hpp"
+#include "input/layout/input_layout.hpp"
 #include "input/recording_images.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/paths.hpp"
@@ -73,12 +74,13 @@ std::vector<std::string> normalised(const fs::path& root, const std::vector<fs::
 
 /// 'cameras' of calibration.yaml; empty: another input.
 std::vector<std::string> listed_cameras(const fs::path& folder) {
-  const fs::path file{folder / "calibration.yaml"};
+  fs::path file;
   try {
-    if (!is_there(file)) return {};
+    file = own_calibration_in(folder);
   } catch (const InputError&) {  // named where the folder is looked at
     return {};
   }
+  if (file.empty()) return {};
   const YamlGroup root{read_yaml(file)};
   if (!root.has_list("cameras")) return {};
   root.need_only({"cameras"});
@@ -97,7 +99,7 @@ std::unique_ptr<Recording> open_camera(InputArguments arguments, const fs::path&
     throw InputError{printable_path(folder), "lists cameras itself.",
                      "Name the folders of all stereo pairs in one calibration.yaml."};
   }
-  if (const fs::path file{folder / "calibration.yaml"}; is_there(file)) arguments.calibration = file;
+  if (const fs::path file{own_calibration_in(folder)}; !file.empty()) arguments.calibration = file;
   std::unique_ptr<Recording> camera{open_recording(arguments)};
   if (!is_alone && !camera->contents().calibration.has_extrinsics && camera_place(camera->rig()) == Pose2{}) {
     throw InputError{printable_path(camera->contents().calibration_file),

@@ -326,8 +326,8 @@ std::unique_ptr<Recording> with_lens(std::unique_ptr<Recording> recording) {
 std::unique_ptr<Recording> open_recording_of(const VideoPair& videos, InputArguments arguments) {
   const fs::path folder{videos.left.parent_path().empty() ? "." : videos.left.parent_path()};
   if (!arguments.calibration) {
-    const bool has_own{is_there(folder / "calibration.yaml")};
-    const fs::path found{has_own ? folder / "calibration.yaml" : find_calibration_in(folder)};
+    const fs::path own{own_calibration_in(folder)};
+    const fs::path found{own.empty() ? find_calibration_in(folder) : own};
     if (found.empty()) {
       throw InputError{printable_path(videos.left), "there is no calibration beside the video.",
                        "Put a calibration.yaml there, or name a file with --calibration."};

@@ -32,6 +32,15 @@ fs::path first_existing(std::initializer_list<fs::path> candidates) {
   return {};
 }
 
+}  // namespace
+
+fs::path own_calibration_in(const fs::path& folder) {
+  return first_existing(
+      {folder / "calibration.yaml", folder / "calibration.yml", folder / "calib.yaml", folder / "calib.yml"});
+}
+
+namespace {
+
 void need_folder(const fs::path& folder) {
   if (!is_folder(folder)) {
     throw InputError{printable_path(folder), "the folder is missing.",
@@ -48,7 +57,7 @@ InputLayout odometry(const fs::path& root) {
                      {},
                      {},
                      grey ? KittiPair::grey : KittiPair::colour};
-  layout.calibration = first_existing({root / "calib.txt", root / "calibration.yaml"});
+  layout.calibration = first_existing({root / "calib.txt", own_calibration_in(root)});
   layout.scans = first_existing({root / "velodyne"});
   return layout;
 }
@@ -71,7 +80,7 @@ InputLayout raw_drive(const fs::path& root) {
                      grey ? KittiPair::grey : KittiPair::colour};
   const fs::path day{fs::absolute(root / "").lexically_normal().parent_path().parent_path()};
   layout.calibration =
-      first_existing({root / "calib_cam_to_cam.txt", day / "calib_cam_to_cam.txt", root / "calibration.yaml",
+      first_existing({root / "calib_cam_to_cam.txt", day / "calib_cam_to_cam.txt", own_calibration_in(root),
                       day.parent_path() / "calibration" / "perspective.txt"});  // KITTI-360
   layout.scans = first_existing({root / "velodyne_points" / "data"});
   return layout;
@@ -95,7 +104,7 @@ fs::path depth_in(const fs::path& root) {
 InputLayout plain_folder(const fs::path& root) {
   InputLayout layout{InputKind::plain_folder, root, images_of(root / "left"), images_of(root / "right"), {}, {},
                      KittiPair::grey};
-  layout.calibration = first_existing({root / "calibration.yaml", root / "calibration.yml", root / "calib.txt"});
+  layout.calibration = first_existing({own_calibration_in(root), root / "calib.txt"});
   layout.scans = first_existing({root / "velodyne"});
   if (!is_there(layout.right)) layout.disparities = depth_in(root);
   return layout;
@@ -112,7 +121,7 @@ std::optional<InputLayout> euroc(const fs::path& root) {
   const fs::path base{is_folder(root / "mav0") ? root / "mav0" : root};
   if (!is_folder(base / "cam0" / "data") || !is_folder(base / "cam1" / "data")) return std::nullopt;
   InputLayout layout{InputKind::euroc, root, base / "cam0" / "data", base / "cam1" / "data", {}, {}, KittiPair::grey};
-  layout.calibration = first_existing({root / "calibration.yaml", base / "cam0" / "sensor.yaml"});
+  layout.calibration = first_existing({own_calibration_in(root), base / "cam0" / "sensor.yaml"});
   if (is_cam0_right(base / "cam0" / "sensor.yaml", base / "cam1" / "sensor.yaml")) std::swap(layout.left, layout.right);
   return layout;
 }

@@ -35,6 +35,9 @@ struct InputLayout {
 /// "KITTI odometry sequence" and so on.
 [[nodiscard]] std::string name_of(InputKind kind);
 
+/// calibration.yaml of a folder, or calibration.yml, calib.yaml, calib.yml; empty: none of them is there.
+[[nodiscard]] std::filesystem::path own_calibration_in(const std::filesystem::path& folder);
+
 /// Recognises an input. `disparities`: a folder to take instead of right images; none: that of a plain folder without
 /// right images. Throws InputError: nothing there, or nothing that is known.
 [[nodiscard]] InputLayout recognise(const std::vector<std::filesystem::path>& paths,
