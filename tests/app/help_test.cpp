@@ -72,6 +72,8 @@ TEST(Help, NamesDefaultsAndValues) {
 
 TEST(Suggestions, NameTheNearestOptionOrCommand) {
   EXPECT_THAT(errors_of(64, {"rnu", "scene:street"}), HasSubstr("rnu: unknown command. Did you mean 'run'?"));
+  EXPECT_THAT(errors_of(64, {"frobnicate", "--help"}),
+              HasSubstr("frobnicate: unknown command. Commands: run, simulate,"));
   EXPECT_THAT(errors_of(64, {"run", "scene:street", "--out", "x", "--pictres"}),
               AllOf(HasSubstr("--pictres: unknown option. Did you mean '--pictures'?"),
                     HasSubstr("'stereogrid run --help' lists all")));

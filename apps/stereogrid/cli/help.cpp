@@ -2,6 +2,7 @@
 #include "cli/help.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <optional>
@@ -145,8 +146,8 @@ std::string unknown_word(const CommandText& command, const std::string& word) {
   }
   for (const CommandText& one : command.commands) names.push_back(one.name.substr(one.name.rfind(' ') + 1));
   if (!names.empty()) {
-    return fmt::format("{}: unknown command.{} '{} --help' lists all.", name, question_of(nearest(names, name)),
-                       command.name);
+    return fmt::format("{}: unknown command.{} Commands: {}.", name, question_of(nearest(names, name)),
+                       fmt::join(names, ", "));
   }
   return fmt::format("{}: unexpected argument. {}", printable(word), usage_of(command));
 }

@@ -153,6 +153,9 @@ int parse_and_run(int argc, char** argv, const char* name, Describe describe) {
   try {
     program.parse(words_of(program, {argv + 1, argv + argc}));
   } catch (const CLI::Success& help_or_version) {
+    if (program.get_subcommands().empty() && program.remaining_size() > 0) {
+      return failed(name, exit_usage, unknown_word(text_of(program), program.remaining().front()));
+    }
     std::ostringstream text;
     const int code{program.exit(help_or_version, text)};
     write_output(text.str());
