@@ -219,6 +219,16 @@ std::optional<std::string> contradiction_of_poses(const Input& input) {
     return "the poses seem to be inverted: they fit the motion in the images as camera_from_world, but "
            "world_from_camera is needed. Invert them, or use --poses odometry.";
   }
+  // a heading in radians may also be beyond a turn, but then it fits the images
+  const auto is_beyond_a_turn = [](const PlacedFrame& one) {
+    return std::abs(one.external.yaw_rad) > 360 * per_degree;
+  };
+  const bool may_be_degrees{
+      std::ranges::any_of(runs, [&](const auto& run) { return std::ranges::any_of(run, is_beyond_a_turn); })};
+  if (may_be_degrees && !with([](const Pose2& pose) { return Pose2{pose.x_m, pose.y_m, pose.yaw_rad * per_degree}; })) {
+    return "the headings of the poses seem to be in degrees: as such they fit the motion in the images. Give yaw_rad "
+           "in radians (docs/input.md, Poses).";
+  }
   if (!with([](const Pose2& pose) { return Pose2{pose.x_m, -pose.y_m, -pose.yaw_rad}; })) {
     return "the images turn to the other side than the poses: the images are mirrored, or y and the heading of the "
            "poses have the other sign (docs/input.md, Poses).";

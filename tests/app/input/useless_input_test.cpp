@@ -206,6 +206,14 @@ TEST_F(UselessInput, InfoNoticesInvertedPoses) {
   }
 }
 
+TEST_F(UselessInput, InfoNoticesHeadingsInDegrees) {
+  const fs::path input{drive(folder, 3)};
+  std::ofstream{input / "poses.csv"}
+      << "name,stamp_ns,x_m,y_m,yaw_rad\n000000,0,0,0,60\n000001,100000000,0.4,0.693,60\n"
+         "000002,200000000,0.8,1.386,60\n";
+  EXPECT_THAT(run_well({"info", input}).output, HasSubstr("the headings of the poses seem to be in degrees"));
+}
+
 TEST_F(UselessInput, InfoNoticesABaselineThatPutsTheCameraTooLow) {
   const fs::path input{drive(folder, 3)};
   std::ofstream{input / "calibration.yaml"} << "focal_px: 256.25\ncx_px: 160\ncy_px: 100\nbaseline_m: 0.022\n";
