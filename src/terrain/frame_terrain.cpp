@@ -172,6 +172,7 @@ GridBounds<Host> FrameTerrain::find_bounds(std::span<const FrameTerrain* const> 
     merge(seen);
     for (const FrameTerrain* const one : seen) low_obstacles_.remember(one->low_obstacles_, filtered);
     drop_witnesses();
+    drop_unconfirmed(seen);
   }
   find_witnesses(is_usable, claims_free, result);
   if (is_usable) see_ground(seen);
@@ -227,11 +228,34 @@ void FrameTerrain::drop_witnesses() {
   }
 }
 
+// From afar the matcher's window smears ground over a pit without texture. A frame that is nearer by a cell and that
+// would see ground there, but does not, ends the memory of it.
+void FrameTerrain::drop_unconfirmed(std::span<const FrameTerrain* const> seen) {
+  const auto cell_m = static_cast<float>(place_.window.cell_size_m);
+  for (int iy{0}; iy < window_rules_.height(); ++iy) {
+    for (int ix{0}; ix < window_rules_.width(); ++ix) {
+      if (!witness_.has(ix, iy) || window_rules_(ix, iy) != CellRule::ground_not_seen ||
+          distance_to(ix, iy) + cell_m > witness_.from_m(ix, iy))
+        continue;
+      if (std::ranges::any_of(seen, [&](const FrameTerrain* one) {
+            return one->terrain_.sees_no_ground_at(one->place_.window_in_camera.centre(ix, iy), cell_m / 2);
+          }))
+        witness_.drop(iy, ix, ix + 1);
+    }
+  }
+}
+
+float FrameTerrain::distance_to(int ix, int iy) const {
+  const Point2 at{place_.window_cells.centre(ix, iy)};
+  return static_cast<float>(std::sqrt(at.x * at.x + at.y * at.y));
+}
+
 // Rules of the window are without low obstacles.
 void FrameTerrain::see_ground(std::span<const FrameTerrain* const> seen) {
   for (int iy{0}; iy < window_rules_.height(); ++iy) {
     for_cells(window_rules_.row(iy), window_rules_.width(), [&](int begin, int end, CellRule rule) {
-      if (rule == CellRule::as_observed) witness_.see(iy, begin, end);
+      if (rule != CellRule::as_observed) return;
+      for (int ix{begin}; ix < end; ++ix) witness_.see(ix, iy, distance_to(ix, iy));
     });
   }
   for (const FrameTerrain* const one : seen) {
@@ -250,13 +274,13 @@ void FrameTerrain::classify(FrameResult& result) const {
   witness_.for_edges([&](int ix, int iy) { result.world_terrain(ix, iy) = TerrainClass::drop; });
 }
 
-// Edges, obstacles and hidden ground are no claim's.
+// Edges, obstacles and hidden ground are no claim's. Cameras that see nothing contradict none.
 void FrameTerrain::see_claims(bool is_usable, const std::function<bool(Point2)>& claims_free) {
   for (int iy{0}; iy < window_rules_.height(); ++iy) {
     for (int ix{0}; ix < window_rules_.width(); ++ix) {
       const CellRule rule{is_usable ? window_rules_(ix, iy) : CellRule::ground_not_seen};
       if (witness_.is_edge(ix, iy) || (rule != CellRule::ground_not_seen && rule != CellRule::as_observed)) continue;
-      if (claims_free(place_.window_cells.centre(ix, iy))) witness_.see(iy, ix, ix + 1);
+      if (claims_free(place_.window_cells.centre(ix, iy))) witness_.see(ix, iy, 0);
     }
   }
 }

@@ -129,6 +129,8 @@ class FrameTerrain {
   void merge(std::span<const FrameTerrain* const> seen);
   void add_hazards(std::span<const FrameTerrain* const> seen);
   void drop_witnesses();
+  void drop_unconfirmed(std::span<const FrameTerrain* const> seen);
+  [[nodiscard]] float distance_to(int ix, int iy) const;
   void see_ground(std::span<const FrameTerrain* const> seen);
   void see_claims(bool is_usable, const std::function<bool(Point2)>& claims_free);
   [[nodiscard]] CellWitness witness_of(CellRule rule, CellIndex window_cell) const;

@@ -13,26 +13,32 @@
 
 namespace stereogrid {
 
-/// When the cells of the filter's window have last been seen as ground, and where an edge has been seen since.
-/// Obstacles and hidden ground end both (docs/terrain.md, "Free has a witness").
+/// When and from where the cells of the filter's window have last been seen as ground, and where an edge has been seen
+/// since. Obstacles and hidden ground end both (docs/terrain.md, "Free has a witness").
 class GroundWitness {
  public:
   /// Ground is a witness for `memory_s` seconds.
   GroundWitness(double memory_s, int window_cells)
       : memory_s_{static_cast<float>(memory_s)},
         left_s_{window_cells, window_cells},
+        from_m_{window_cells, window_cells},
         moved_{window_cells, window_cells} {}
 
   /// Moves with the window and lets time pass.
   void move(Scroll scroll, double dt_s) {
     scroll_cells(scroll, left_s_, moved_);
+    scroll_cells(scroll, from_m_, moved_);
     const auto passed_s{static_cast<float>(dt_s)};
     float* const left_s{left_s_.data()};
     for (std::size_t i{0}; i < left_s_.size(); ++i)
       left_s[i] = std::max(left_s[i] - passed_s, std::min(left_s[i], 0.0f));
   }
+  /// Ground, seen from that distance.
+  void see(int ix, int iy, float from_m) {
+    left_s_(ix, iy) = memory_s_;
+    from_m_(ix, iy) = from_m;
+  }
   /// Cells [begin, end) of a row.
-  void see(int iy, int begin, int end) { std::fill(left_s_.row(iy) + begin, left_s_.row(iy) + end, memory_s_); }
   void drop(int iy, int begin, int end) { std::fill(left_s_.row(iy) + begin, left_s_.row(iy) + end, 0.0f); }
   void drop_edges(int iy, int begin, int end) {
     float* const row{left_s_.row(iy)};
@@ -44,6 +50,8 @@ class GroundWitness {
   [[nodiscard]] bool has(int ix, int iy) const {
     return ix >= 0 && iy >= 0 && ix < left_s_.width() && iy < left_s_.height() && left_s_(ix, iy) > 0;
   }
+  /// Distance from which the cell was seen.
+  [[nodiscard]] float from_m(int ix, int iy) const { return from_m_(ix, iy); }
   [[nodiscard]] bool is_edge(int ix, int iy) const { return left_s_(ix, iy) < 0; }
   /// Cells without a witness are at least unknown.
   void bound(Image<std::uint8_t>& bounds) const {
@@ -65,15 +73,16 @@ class GroundWitness {
 
   template <class State>
   void exchange(State& state) {
-    state(left_s_);
+    state(left_s_, from_m_);
   }
-  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(left_s_, moved_); }
+  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(left_s_, from_m_, moved_); }
 
  private:
   static constexpr float edge{-1};
 
   float memory_s_;
   Image<float> left_s_;  ///< seconds that the witness still counts; 0: none; `edge`: an edge
+  Image<float> from_m_;  ///< see from_m()
   Image<float> moved_;   ///< working memory
 };
 

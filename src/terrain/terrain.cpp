@@ -108,6 +108,19 @@ bool Terrain::has_no_ground(const PolarPlaces& borders, std::size_t group) const
                      [ring](int observed) { return observed <= ring; });
 }
 
+bool Terrain::sees_no_ground_at(Point2 at, float half_m) const {
+  const PolarPlace place{polar_place(polar_geometry(half_m), static_cast<float>(at.x), static_cast<float>(at.y))};
+  const int ring{polar_ground().ring_of(place)};
+  if (ring == no_ring || ring >= checked_rings_) return false;
+  for (int sector{place.first}; sector <= place.last; ++sector) {
+    const PolarCell* const cells{walked_.cells.row(sector)};
+    int before{ring};
+    while (before > 0 && cells[before].kind == TerrainClass::unknown) --before;
+    if (!cells[before].is_ground()) return false;
+  }
+  return true;
+}
+
 void Terrain::add_edges(std::vector<EdgePoint>& edges) const {
   for (int sector{0}; sector < sectors(); ++sector) {
     const SectorWalk& walk{walked_.walks(sector, 0)};

@@ -108,6 +108,9 @@ class Terrain {
     const auto half_m = static_cast<float>(one.grid.cell_size_m / 2);
     return {relief_.model(), polar_ground(), polar_geometry(half_m), {grid_of(one), grid_of(other)}, within};
   }
+  /// Ground in the cell around that point, of which the last find() has found none, would be seen: within the range of
+  /// edges, and in all of its sectors the last known cell before it is ground.
+  [[nodiscard]] bool sees_no_ground_at(Point2 at, float half_m) const;
   [[nodiscard]] const TerrainCamera& camera() const { return camera_; }
   /// Range up to which low obstacles and edges are found.
   [[nodiscard]] float checked_m() const { return checked_rings_ > 0 ? rings_.end_m(checked_rings_ - 1) : 0; }

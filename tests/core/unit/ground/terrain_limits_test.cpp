@@ -414,6 +414,33 @@ TEST(Witness, EndsWhereALowObstacleIsSeen) {
   EXPECT_FALSE(frame.witness_at(4.1).allows_free());
 }
 
+// From afar the matcher's window smears ground over a pit without texture, from nearer there is none.
+TEST(Witness, EndsWhereANearerFrameSeesNothing) {
+  FrameOf frame{ramp(5, 0)};
+  const Rig& rig{frame.vehicle.rig};
+  const auto seen_without = [&rig](const HeightField& height, double begin_m, double end_m) {
+    Image<float> disparity{disparity_of(rig, height)};
+    const double focal_baseline{rig.focal_px * rig.baseline_m};
+    for (float& d : disparity)
+      if (d < focal_baseline / begin_m && d > focal_baseline / end_m) d = 0;
+    return disparity;
+  };
+  EXPECT_EQ(frame.filtered_at(5), 0);
+  frame.see(seen_without(ramp(5, 0), 4, 6));
+  EXPECT_EQ(frame.filtered_at(5), 0) << "not from nearer";
+  frame.pose = {1, 0, 0};
+  const auto box = [](float x, float) { return x > 2.7f && x < 3 ? 1.0f : 0.0f; };
+  frame.see(seen_without(box, 3, 5));
+  EXPECT_EQ(frame.filtered_at(4), 0) << "behind an obstacle";
+  frame.see(seen_without(ramp(5, 0), 0.1, 5));
+  EXPECT_EQ(frame.filtered_at(4), 0) << "no ground before it: a mask, or glare";
+  frame.see(seen_without(ramp(5, 0), 3, 5));
+  EXPECT_EQ(frame.filtered_at(4), 0.5f);
+  EXPECT_EQ(frame.witness_at(4), CellWitness::of(Witness::passable));
+  frame.see(disparity_of(rig, ramp(5, 0)));
+  EXPECT_EQ(frame.filtered_at(4), 0) << "ground after all";
+}
+
 TEST(Witness, MayBeAnotherSource) {
   FrameOf frame{ramp(5, 0)};
   const auto near = [](Point2 at) { return at.x < 2; };
