@@ -15,11 +15,33 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-void TopCosts(const TopImages& images, int v, int disparities, std::uint8_t* columns, std::uint8_t* costs) {
+// The first of the least costs; 0 where all exceed the limit. Those behind the last disparity do not count.
+std::size_t Cheapest(const std::uint8_t* costs, std::size_t size, std::uint8_t limit) {
   const hn::ScalableTag<std::uint8_t> d;
   const std::size_t lanes{hn::Lanes(d)};
-  const std::size_t pitch{TopsWorkspace::pitch(disparities)};
-  const std::size_t size{static_cast<std::size_t>(disparities)};
+  const auto worst = hn::Set(d, std::uint8_t{255});
+  const auto at = [&](std::size_t k) HWY_ATTR {
+    const auto some = hn::LoadU(d, costs + k);
+    return k + lanes <= size ? some : hn::IfThenElse(hn::FirstN(d, size - k), some, worst);
+  };
+  auto least = worst;
+  for (std::size_t k{0}; k < size; k += lanes) least = hn::Min(least, at(k));
+  const auto limits = hn::Set(d, limit);
+  if (hn::AllFalse(d, hn::Eq(hn::Min(least, limits), least))) return 0;
+  HWY_ALIGN std::uint8_t of_lanes[HWY_MAX_BYTES];
+  hn::Store(least, d, of_lanes);
+  const auto of_all = hn::Set(d, *std::min_element(of_lanes, of_lanes + lanes));
+  std::size_t k{0};
+  while (hn::AllFalse(d, hn::Eq(at(k), of_all))) k += lanes;
+  return k + static_cast<std::size_t>(hn::FindFirstTrue(d, hn::Eq(at(k), of_all)));
+}
+
+void TopCosts(const TopImages& images, int v, const TopRules& rules, std::uint8_t* columns, std::uint8_t* costs,
+              std::uint8_t* best) {
+  const hn::ScalableTag<std::uint8_t> d;
+  const std::size_t lanes{hn::Lanes(d)};
+  const std::size_t pitch{TopsWorkspace::pitch(rules.disparities)};
+  const std::size_t size{static_cast<std::size_t>(rules.disparities)};
   const int width{images.left.width()};
   const int points{top_columns(width)};
   const auto of = [&](std::uint8_t* values, int point) {
@@ -48,6 +70,10 @@ void TopCosts(const TopImages& images, int v, int disparities, std::uint8_t* col
       hn::StoreU(hn::Add(hn::LoadU(d, before + k), moved), d, of(costs, point) + k);
     }
   }
+  for (int point{0}; point < points; ++point) {
+    best[point] =
+        static_cast<std::uint8_t>(Cheapest(of(costs, point), size, static_cast<std::uint8_t>(rules.cost_limit)));
+  }
 }
 
 }  // namespace
@@ -59,8 +85,9 @@ namespace stereogrid {
 
 HWY_EXPORT(TopCosts);
 
-void top_costs(const TopImages& images, int v, int disparities, std::uint8_t* columns, std::uint8_t* costs) {
-  HWY_DYNAMIC_DISPATCH(TopCosts)(images, v, disparities, columns, costs);
+void top_costs(const TopImages& images, int v, const TopRules& rules, std::uint8_t* columns, std::uint8_t* costs,
+               std::uint8_t* best) {
+  HWY_DYNAMIC_DISPATCH(TopCosts)(images, v, rules, columns, costs, best);
 }
 
 }  // namespace stereogrid

@@ -9,6 +9,18 @@
 namespace stereogrid {
 namespace {
 
+/// Costs of a row of points.
+struct RowCosts {
+  const std::uint8_t* costs;
+  const std::uint8_t* best;
+};
+
+// The road is linear along a row: without road at both ends there is none.
+bool has_road(const RoadPlane& plane, int v, int width) {
+  const auto row = road_row(plane, v);
+  return single_numbers::road_counts(row.at(0)) || single_numbers::road_counts(row.at(width - 1));
+}
+
 template <class CostsOfRow>
 void find_tops(int begin, int end, const RoadPlane& plane, const TopRules& rules, const Matches& matches,
                Image<ThinTop>& points, const CostsOfRow& costs_of_row) {
@@ -16,14 +28,19 @@ void find_tops(int begin, int end, const RoadPlane& plane, const TopRules& rules
   const int height{matches.road.height()};
   for (int pair{begin}; pair < end; ++pair) {
     const int v{pair * top_window_rows};
-    const std::uint8_t* costs{costs_of_row(v)};
+    if (!has_road(plane, v, matches.road.width())) {
+      std::fill_n(points.row(pair), points.width(), ThinTop{});
+      continue;
+    }
+    const RowCosts found{costs_of_row(v)};
     for (int point{0}; point < points.width(); ++point) {
       const int u{top_pixel(point, points.width())};
       const auto nearest = [&](int row) {
         const int within{std::clamp(row, 0, height - 1)};
         return std::max(matches.obstacle(u, within), matches.road(u, within));
       };
-      points(point, pair) = top_of(costs + static_cast<std::size_t>(point) * pitch, rules, plane, u, v, nearest);
+      points(point, pair) =
+          top_of(found.costs + static_cast<std::size_t>(point) * pitch, found.best[point], rules, plane, u, v, nearest);
     }
   }
 }
@@ -45,18 +62,20 @@ void put_tops(int begin, int end, const Image<ThinTop>& points, Matches& matches
 
 TopsWorkspace::TopsWorkspace(int width, int height, int disparities, int threads)
     : points{top_columns(width), top_row_pairs(height)},
-      costs(2 * static_cast<std::size_t>(threads) * static_cast<std::size_t>(top_columns(width)) * pitch(disparities)) {
-}
+      costs(2 * static_cast<std::size_t>(threads) * static_cast<std::size_t>(top_columns(width)) * pitch(disparities)),
+      best(static_cast<std::size_t>(threads) * static_cast<std::size_t>(top_columns(width))) {}
 
 void add_tops(Cpu& cpu, const TopImages& images, const RoadPlane& plane, const TopRules& rules, TopsWorkspace& space,
               Matches& matches) {
   if (space.points.width() == 0) return;
   const std::size_t of_row{static_cast<std::size_t>(space.points.width()) * TopsWorkspace::pitch(rules.disparities)};
   cpu.for_parts(space.points.height(), cpu.threads(), [&](int part, int begin, int end) {
-    std::uint8_t* columns{space.costs.data() + 2 * static_cast<std::size_t>(part) * of_row};
+    const auto thread = static_cast<std::size_t>(part);
+    std::uint8_t* columns{space.costs.data() + 2 * thread * of_row};
+    std::uint8_t* best{space.best.data() + thread * static_cast<std::size_t>(space.points.width())};
     find_tops(begin, end, plane, rules, matches, space.points, [&](int v) {
-      top_costs(images, v, rules.disparities, columns, columns + of_row);
-      return columns + of_row;
+      top_costs(images, v, rules, columns, columns + of_row, best);
+      return RowCosts{columns + of_row, best};
     });
   });
   cpu.for_parts(space.points.height(), cpu.threads(),
@@ -82,12 +101,12 @@ void add_tops(Reference&, const TopImages& images, const RoadPlane& plane, const
   };
   find_tops(0, space.points.height(), plane, rules, matches, space.points, [&](int v) {
     for (int point{0}; point < points; ++point) {
-      for (int d{0}; d < rules.disparities; ++d) {
-        space.costs[static_cast<std::size_t>(point) * TopsWorkspace::pitch(rules.disparities) +
-                    static_cast<std::size_t>(d)] = cost_at(point, v, d);
-      }
+      const auto index = static_cast<std::size_t>(point);
+      std::uint8_t* costs{space.costs.data() + index * TopsWorkspace::pitch(rules.disparities)};
+      for (int d{0}; d < rules.disparities; ++d) costs[d] = cost_at(point, v, d);
+      space.best[index] = static_cast<std::uint8_t>(cheapest(costs, rules.disparities));
     }
-    return space.costs.data();
+    return RowCosts{space.costs.data(), space.best.data()};
   });
   put_tops(0, space.points.height(), space.points, matches);
 }

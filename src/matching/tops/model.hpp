@@ -67,17 +67,21 @@ STEREOGRID_HD inline bool may_be_top(const RoadPlane& plane, int u, int v, int d
          found_65536 >= window_px * per_row_65536;
 }
 
-/// The top at a point of the lattice, from the costs of its disparities. `nearest(v)`: disparity matched in row v at
-/// its column u, repeated beyond the image.
-template <class Nearest>
-STEREOGRID_HD inline ThinTop top_of(const std::uint8_t* costs, const TopRules& rules, const RoadPlane& plane, int u,
-                                    int v, const Nearest& nearest) {
-  constexpr ThinTop none{0, 0};
-  int least{255};
-  for (int d{0}; d < rules.disparities; ++d) least = costs[d] < least ? costs[d] : least;
-  if (least > rules.cost_limit) return none;
+/// The first of the least costs.
+STEREOGRID_HD inline int cheapest(const std::uint8_t* costs, int disparities) {
   int best{0};
-  while (costs[best] != least) ++best;
+  for (int d{1}; d < disparities; ++d) best = costs[d] < costs[best] ? d : best;
+  return best;
+}
+
+/// The top at a point of the lattice, from the costs of its disparities and the cheapest one. `nearest(v)`: disparity
+/// matched in row v at its column u, repeated beyond the image.
+template <class Nearest>
+STEREOGRID_HD inline ThinTop top_of(const std::uint8_t* costs, int best, const TopRules& rules, const RoadPlane& plane,
+                                    int u, int v, const Nearest& nearest) {
+  constexpr ThinTop none{0, 0};
+  const int least{costs[best]};
+  if (least > rules.cost_limit) return none;
   if (best == 0 || best + 1 >= rules.disparities || best > u || !may_be_top(plane, u, v, best)) return none;
   const int rival{highest_rival(least, top_uniqueness_1024)};
   int as_cheap{0};

@@ -58,8 +58,9 @@ __global__ void __launch_bounds__(threads) find_tops(const TopsOnDevice task) {
     const int within{clamped(row, task.road.height)};
     return Max(task.obstacle(u, within), task.road(u, within));
   };
+  const auto* own = reinterpret_cast<const std::uint8_t*>(costs[threadIdx.x]);
   task.points(point, static_cast<int>(blockIdx.y)) =
-      top_of(reinterpret_cast<const std::uint8_t*>(costs[threadIdx.x]), task.rules, *task.plane, u, v, nearest);
+      top_of(own, cheapest(own, task.rules.disparities), task.rules, *task.plane, u, v, nearest);
 }
 
 __global__ void __launch_bounds__(threads) put_tops(const TopsOnDevice task) {

@@ -22,13 +22,14 @@ struct TopsWorkspace {
   TopsWorkspace() = default;
   TopsWorkspace(int width, int height, int disparities, int threads);
 
-  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(points, costs); }
+  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(points, costs, best); }
 
   /// Bytes of a point's costs: whole vectors.
   static std::size_t pitch(int disparities) { return (static_cast<std::size_t>(disparities) + 63) / 64 * 64; }
 
   Image<ThinTop> points;            ///< the lattice
   std::vector<std::uint8_t> costs;  ///< each thread's: those of the columns and of the windows of a row of points
+  std::vector<std::uint8_t> best;   ///< each thread's: the cheapest disparities of a row of points
 };
 
 /// Short census of the images that `add_tops` compares, the right one as `ShortCensus` has it.
@@ -43,7 +44,9 @@ void add_tops(Cpu& cpu, const TopImages& images, const RoadPlane& plane, const T
 void add_tops(Reference& reference, const TopImages& images, const RoadPlane& plane, const TopRules& rules,
               TopsWorkspace& space, Matches& matches);
 
-/// Costs of the disparities at the points of row pair v, `pitch` bytes a point. `columns`: as large, working memory.
-void top_costs(const TopImages& images, int v, int disparities, std::uint8_t* columns, std::uint8_t* costs);
+/// Costs of the disparities at the points of row pair v, `pitch` bytes a point, and the cheapest ones; 0 where all
+/// exceed the limit. `columns`: as large as the costs, working memory.
+void top_costs(const TopImages& images, int v, const TopRules& rules, std::uint8_t* columns, std::uint8_t* costs,
+               std::uint8_t* best);
 
 }  // namespace stereogrid
