@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "geometry/matches.hpp"
@@ -37,6 +38,18 @@ struct TopImages {
   const Padded<std::uint8_t>& left;
   const Padded<std::uint8_t>& right_reversed;
 };
+
+/// Costs of the disparities at the points of a row, `TopsWorkspace::pitch` bytes a point, and the cheapest disparities.
+struct TopRowCosts {
+  const std::uint8_t* costs;
+  const std::uint8_t* best;
+};
+
+/// Tops of the rows begin … end − 1 of the lattice. `costs_of_row(v)`: those of the points whose first row is v.
+void find_top_rows(int begin, int end, const RoadPlane& plane, const TopRules& rules, const Matches& matches,
+                   Image<ThinTop>& points, const std::function<TopRowCosts(int)>& costs_of_row);
+/// Replaces the matches of those rows.
+void put_top_rows(int begin, int end, const Image<ThinTop>& points, Matches& matches);
 
 /// Replaces matches by thin tops.
 void add_tops(Cpu& cpu, const TopImages& images, const RoadPlane& plane, const TopRules& rules, TopsWorkspace& space,

@@ -3,6 +3,7 @@
 // Stands in for the few functions of the vector code that the host, the reference back end or its memory call.
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 #include "ground/plane_evidence.hpp"
 #include "images/patch.hpp"
@@ -47,6 +48,21 @@ bool cut(View<const std::uint8_t> image, Place place, float shear, Template& pat
 std::optional<Place> find(View<const std::uint8_t> image, const Template& patch, float shear, Place start,
                           FindLimits limits) {
   return plain::find(image, patch, shear, start, limits);
+}
+
+void smooth_rows(View<const std::uint8_t> image, int begin, int end, View<std::uint8_t> smoothed) {
+  for (int v{begin}; v < end; ++v) {
+    for (int u{0}; u < image.width; ++u) {
+      int sum{8};
+      for (int j{-1}; j <= 1; ++j) {
+        for (int i{-1}; i <= 1; ++i) {
+          const int grey{image(std::clamp(u + i, 0, image.width - 1), std::clamp(v + j, 0, image.height - 1))};
+          sum += grey * (2 - std::abs(i)) * (2 - std::abs(j));
+        }
+      }
+      smoothed(u, v) = static_cast<std::uint8_t>(sum / 16);
+    }
+  }
 }
 
 PlaneSums<support_sums> sum_support(const PlaneHypothesis& plane, const PlaneSamples& samples) {
