@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Times the whole chain, from images in memory to obstacles, stage by stage: wall-clock time on two threads, or as many
-// as the second argument says, for the presets and both matchers, and as on a processor with AVX2 only, in turns, and
+// as the second argument says, for the presets, and as on a processor with AVX2 only, in turns, and
 // on a GPU where there is one; `after grids`: the time in which only obstacles are missing. The first argument is a
 // recording, on a grid of 150 × 100 cells; without it, or empty, a built-in scene of the paper's size takes its place
 // (512 × 320 px, 64 disparities, 100 × 100 cells).
@@ -77,7 +77,6 @@ std::unique_ptr<FrameSource> open(const char* recording) {
 struct Setting {
   const char* name;
   const char* preset;
-  MatchingMethod method;
   std::int64_t instructions{0};  ///< Highway target; 0: the machine's best
   BackEnd back_end{BackEnd::cpu};
   std::vector<FrameTimes> times{};
@@ -91,7 +90,6 @@ void drive(const Rig& rig, const std::vector<StereoFrame>& frames, double length
   hwy::SetSupportedTargetsForTest(setting.instructions);
   hwy::GetChosenTarget().DeInit();
   Config config{preset(setting.preset)};
-  config.matching.method = setting.method;
   config.grid.length_m = length_m;
   Clock::time_point has_grids;
   FrameTimes taken;
@@ -117,17 +115,14 @@ void print(const Setting& setting) {
 
 void run(const FrameSource& source, double length_m, int threads) {
   const std::vector<StereoFrame> frames{frames_of(source)};
-  std::vector<Setting> settings{{"default", "default", MatchingMethod::correlation},
-                                {"default, semi-global", "default", MatchingMethod::semi_global},
-                                {"paper", "paper", MatchingMethod::correlation}};
+  std::vector<Setting> settings{{"default", "default"}, {"paper", "paper"}};
   if ((hwy::SupportedTargets() & HWY_AVX2) != 0) {
-    settings.push_back({"default, AVX2", "default", MatchingMethod::correlation, HWY_AVX2});
-    settings.push_back({"paper, AVX2", "paper", MatchingMethod::correlation, HWY_AVX2});
+    settings.push_back({"default, AVX2", "default", HWY_AVX2});
+    settings.push_back({"paper, AVX2", "paper", HWY_AVX2});
   }
   if (has_gpu(source.rig())) {
-    settings.push_back({"default, GPU", "default", MatchingMethod::correlation, 0, BackEnd::cuda});
-    settings.push_back({"default, semi-global, GPU", "default", MatchingMethod::semi_global, 0, BackEnd::cuda});
-    settings.push_back({"paper, GPU", "paper", MatchingMethod::correlation, 0, BackEnd::cuda});
+    settings.push_back({"default, GPU", "default", 0, BackEnd::cuda});
+    settings.push_back({"paper, GPU", "paper", 0, BackEnd::cuda});
   }
   for (int round{0}; round < rounds; ++round) {
     for (Setting& setting : settings) drive(source.rig(), frames, length_m, threads, setting);

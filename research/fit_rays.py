@@ -184,7 +184,7 @@ def samples_of(run_folder: Path, data: Path, to_m: float, with_observed=False):
     camera, rig, grid = run["rig"], run["level_rig"], run["grid"]
     heights = tuple(run["config"]["u_disparity"][key] for key in ("obstacle_min_height_m", "obstacle_height_m"))
     matching = run["config"]["matching"]
-    shows_errors = matching["subpixel"] and matching["method"] == "correlation" and run["matcher"] == "own"
+    shows_errors = matching["subpixel"] and run["matcher"] == "own"
     is_lidar = (data / "velodyne").is_dir()
     if is_lidar and any(rig[key] != camera[key] for key in ("cy_px", "height_px")):
         sys.exit(f"{run_folder}: lidar labels need a camera that is level, within a degree.")

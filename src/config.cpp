@@ -269,6 +269,10 @@ void set(Config& config, std::string_view key, std::string_view text) {
   for (const auto& [before, now] : former) {
     if (key == before) return set(config, now, text);
   }
+  if (key == "matching.method") {
+    if (text == "correlation") return;  // the former default
+    throw ConfigError{"matching.method: " + std::string{text} + " (allowed: correlation, the only method). Remove it."};
+  }
   // former group of the parameters of `paper`
   const std::string_view before{"u_disparity."};
   if (key.starts_with(before) && !is_parameter(key)) {

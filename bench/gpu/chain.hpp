@@ -13,7 +13,6 @@ struct Case {
   int width;
   int height;
   int disparities;
-  MatchingMethod method;
 };
 
 /// A stage's time.

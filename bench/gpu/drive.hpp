@@ -20,7 +20,6 @@ inline constexpr double frame_s{0.1};
 
 inline Config config_of(const Case& what) {
   Config config{preset("default")};
-  config.matching.method = what.method;
   config.matching.disparities = what.disparities;
   return config;
 }

@@ -16,13 +16,10 @@ namespace {
 using namespace stereogrid;
 using namespace stereogrid::bench;
 
-constexpr Case cases[]{{512, 320, 64, MatchingMethod::correlation},    {512, 320, 64, MatchingMethod::semi_global},
-                       {1242, 375, 128, MatchingMethod::correlation},  {1242, 375, 128, MatchingMethod::semi_global},
-                       {1920, 1080, 192, MatchingMethod::correlation}, {1920, 1080, 192, MatchingMethod::semi_global}};
+constexpr Case cases[]{{512, 320, 64}, {1242, 375, 128}, {1920, 1080, 192}};
 
 std::string name_of(const Case& what) {
-  return std::to_string(what.width) + " × " + std::to_string(what.height) + " × " + std::to_string(what.disparities) +
-         (what.method == MatchingMethod::correlation ? "" : ", semi-global");
+  return std::to_string(what.width) + " × " + std::to_string(what.height) + " × " + std::to_string(what.disparities);
 }
 
 void print_rule(int numbers) {

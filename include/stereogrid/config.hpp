@@ -40,13 +40,7 @@ struct GridConfig {
   }
 };
 
-enum class MatchingMethod { correlation, semi_global };
-constexpr std::array<std::string_view, 2> names_of(MatchingMethod) {
-  return {"correlation", "semi_global"};
-}
-
 struct MatchingConfig {
-  MatchingMethod method{MatchingMethod::correlation};
   bool align_rows{true};
   int disparities{0};
   int window_px{9};
@@ -63,9 +57,6 @@ struct MatchingConfig {
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
-    visit({"method", "", 0, 1,
-           "correlation: windows as in the paper; semi_global: both hypotheses optimised along paths."},
-          self.method);
     visit({"align_rows", "", 0, 1, "Estimate and correct the vertical misalignment of the right image."},
           self.align_rows);
     visit({"disparities", "px", 0, 256,
@@ -76,10 +67,10 @@ struct MatchingConfig {
     visit({"uniqueness", "", 0, 1, "Reject a match unless every other disparity costs more by this share of its cost."},
           self.uniqueness);
     visit({"texture", "grey levels", 0, 255,
-           "Correlation: reject a match where the window's mean horizontal contrast |L(u+1) − L(u−1)| is below this."},
+           "Reject a match where the window's mean horizontal contrast |L(u+1) − L(u−1)| is below this."},
           self.texture);
     visit({"cost_limit", "", 0, 1,
-           "Correlation: reject a match whose cost exceeds this share of the maximum cost. "
+           "Reject a match whose cost exceeds this share of the maximum cost. "
            "Unrelated image regions reach 0.4."},
           self.cost_limit);
     visit({"left_right_px", "px", 0, 255,
@@ -91,8 +82,7 @@ struct MatchingConfig {
     visit({"road_speckle_px", "px", 0, 100000, "Remove connected patches of fewer road pixels; 0: keep all."},
           self.road_speckle_px);
     visit({"subpixel", "", 0, 1, "Refine disparities between the integers on the winner's cost curve."}, self.subpixel);
-    visit({"thin_tops", "", 0, 1, "Correlation: search thin, wide things above the road, such as tops of tables."},
-          self.thin_tops);
+    visit({"thin_tops", "", 0, 1, "Search thin, wide things above the road, such as tops of tables."}, self.thin_tops);
     visit({"external_sigma_px", "px", 0, 10,
            "External disparities: standard deviation. 0: estimated from the disparities of each frame."},
           self.external_sigma_px);

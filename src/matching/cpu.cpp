@@ -10,7 +10,6 @@
 #include "matching/checks/simd.hpp"
 #include "matching/correlation/simd.hpp"
 #include "matching/matching.hpp"
-#include "matching/semi_global/semi_global.hpp"
 
 namespace stereogrid {
 namespace {
@@ -20,16 +19,6 @@ constexpr int rows_grain{32};
 std::uint8_t* aligned(std::uint8_t* memory) {
   constexpr std::uintptr_t alignment{64};
   return memory + (alignment - reinterpret_cast<std::uintptr_t>(memory) % alignment) % alignment;
-}
-
-void census_rows(const Padded<std::uint8_t>& grey, Padded<std::uint32_t>& descriptors, int begin, int end) {
-  for (int v{begin}; v < end; ++v) {
-    std::array<const std::uint8_t*, 2 * census_half_v + 1> window{};
-    for (int j{-census_half_v}; j <= census_half_v; ++j)
-      window[static_cast<std::size_t>(j + census_half_v)] = grey.clamped_row(v + j);
-    census_row(window.data(), grey.width(), descriptors.row(v));
-    descriptors.repeat_border(v);
-  }
 }
 
 using CensusOfRow = void (*)(const std::uint8_t* const*, int, int, std::uint8_t*);
@@ -88,17 +77,6 @@ void correlate(Cpu& cpu, const RoadPlane& plane, const MatchingConfig& config, M
   });
 }
 
-void optimise_census(Cpu& cpu, const RoadPlane& plane, const MatchingConfig& config, MatchingWorkspace& space,
-                     CandidateSink& sink) {
-  cpu.for_ranges(space.left.height(), rows_grain, [&](int begin, int end) {
-    census_rows(space.left, space.census_left, begin, end);
-    census_rows(space.right, space.census_right, begin, end);
-    census_rows(space.sheared, space.census_sheared, begin, end);
-  });
-  const CensusTriple census{space.census_left.view(), space.census_right.view(), space.census_sheared.view()};
-  optimise(cpu, census, plane, config, space.memory, space.rows, sink);
-}
-
 class Decider final : public CandidateSink {
  public:
   Decider(const RoadPlane& plane, const MatchingConfig& config, MatchingWorkspace& space, Matches& matches)
@@ -138,9 +116,7 @@ bool has_vectors() {
 
 void make_room(Cpu& cpu, const MatchingConfig& config, MatchingWorkspace& space) {
   if (!has_vectors()) return;
-  const std::size_t bytes{config.method == MatchingMethod::semi_global
-                              ? optimise_memory(space.left.width(), space.left.height(), config, cpu.threads())
-                              : 64 + static_cast<std::size_t>(cpu.threads()) * band_memory(config, space)};
+  const std::size_t bytes{64 + static_cast<std::size_t>(cpu.threads()) * band_memory(config, space)};
   if (space.memory.size() < bytes) space.memory.resize(bytes);
 }
 
@@ -152,11 +128,7 @@ void find_candidates(Cpu& cpu, View<const std::uint8_t> left, View<const std::ui
   }
   make_room(cpu, config, space);
   prepare(cpu, left, right, plane, config, space);
-  if (config.method == MatchingMethod::semi_global) {
-    optimise_census(cpu, plane, config, space, sink);
-  } else {
-    correlate(cpu, plane, config, space, sink);
-  }
+  correlate(cpu, plane, config, space, sink);
 }
 
 void match(Cpu& cpu, View<const std::uint8_t> left, View<const std::uint8_t> right, const RoadPlane& plane,

@@ -4,35 +4,24 @@
 namespace stereogrid {
 
 MatchingWorkspaceOnDevice::MatchingWorkspaceOnDevice(int width, int height, const MatchingConfig& config)
-    : textured{width, height},
+    : short_census{width, height},
+      textured{width, height},
       upright{width, height},
       level{width, height},
       parents{width, height},
       sizes{width, height} {
   const bool has_points{width >= top_step_px && height >= top_window_rows};
   if (has_tops(config) && has_points) tops.emplace_back(top_columns(width), top_row_pairs(height));
-  if (config.method == MatchingMethod::semi_global) {
-    semi_global.emplace_back(width, height, config);
-  } else {
-    short_census.emplace_back(width, height);
-    if (has_slices(config)) slices.emplace_back(width, height);
-  }
+  if (has_slices(config)) slices.emplace_back(width, height);
 }
 
 void find_candidates(Cuda& cuda, View<const std::uint8_t, Device> left, View<const std::uint8_t, Device> right,
                      const RoadPlane* plane, const MatchingConfig& config, MatchingWorkspaceOnDevice& space) {
-  if (config.method == MatchingMethod::semi_global) {
-    SemiGlobalOnDevice& room{space.semi_global.front()};
-    describe(cuda, left, right, plane, room.census);
-    optimise(cuda, room, plane, config, space.upright.view(), space.level.view());
+  describe(cuda, left, right, plane, compared_bits(config.window_px), space.short_census);
+  if (has_slices(config)) {
+    correlate(cuda, space.short_census, space.slices.front(), config, space.upright.view(), space.level.view());
   } else {
-    DescribedOnDevice<std::uint8_t>& described{space.short_census.front()};
-    describe(cuda, left, right, plane, compared_bits(config.window_px), described);
-    if (has_slices(config)) {
-      correlate(cuda, described, space.slices.front(), config, space.upright.view(), space.level.view());
-    } else {
-      correlate(cuda, described, config, space.upright.view(), space.level.view());
-    }
+    correlate(cuda, space.short_census, config, space.upright.view(), space.level.view());
   }
 }
 
@@ -45,7 +34,7 @@ void match(Cuda& cuda, View<const std::uint8_t, Device> left, View<const std::ui
   decide(cuda, space.upright.view(), space.level.view(), space.textured.view(), plane, config, matches);
   remove_speckles(cuda, speckle_sizes(config), space.parents.view(), space.sizes.view(), matches);
   for (auto& points : space.tops) {
-    add_tops(cuda, space.short_census.front(), plane, top_rules(config), points.view(), matches);
+    add_tops(cuda, space.short_census, plane, top_rules(config), points.view(), matches);
   }
 }
 

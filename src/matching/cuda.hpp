@@ -38,12 +38,11 @@ struct MatchViews {
   View<const float, Device> road;
 };
 
-/// Descriptors of the left image, the right image and the right image as the road hypothesis sees it.
-template <class Descriptor>
+/// Short census of the left image, the right image and the right image as the road hypothesis sees it.
 struct DescribedOnDevice {
   DescribedOnDevice(int width, int height) : left{width, height}, right{width, height}, sheared{width, height} {}
 
-  DeviceImage<Descriptor> left, right, sheared;
+  DeviceImage<std::uint8_t> left, right, sheared;
 };
 
 /// The short census of 32 neighbouring pixels: a word for each bit, the leftmost pixel in its lowest digit.
@@ -58,35 +57,13 @@ struct SlicedCensus {
   DeviceImage<CensusPlanes> left, right, sheared;
 };
 
-/// Costs of all labels of all pixels: a byte each, four in a word. A pixel's words are those of its upright labels,
-/// then those of the road's; what does not fill the last word of a hypothesis costs cost_max.
-struct LabelVolume {
-  LabelVolume(Shifts upright, Shifts road)
-      : upright_words{(upright.count + 3) / 4}, words{upright_words + (road.count + 3) / 4} {}
-
-  int upright_words;
-  int words;  ///< words of a pixel
-};
-
-/// Working memory of semi-global matching on the device.
-struct SemiGlobalOnDevice {
-  SemiGlobalOnDevice(int width, int height, const MatchingConfig& config);
-
-  DescribedOnDevice<std::uint32_t> census;
-  DeviceImage<std::int16_t> meeting;  ///< meeting_label; no_road where the row has none
-  LabelVolume volume;
-  DeviceBuffer<std::uint32_t> costs;               ///< [v][u][word] of the pixels
-  std::vector<DeviceBuffer<std::uint32_t>> paths;  ///< [v][u][word] from the left, from the right
-};
-
 /// Working memory of `match` on the device. Allocated once per pipeline; DeviceError if there is too little memory.
 struct MatchingWorkspaceOnDevice {
   MatchingWorkspaceOnDevice(int width, int height, const MatchingConfig& config);
 
-  std::vector<DescribedOnDevice<std::uint8_t>> short_census;  ///< correlation: one
-  std::vector<SlicedCensus> slices;                           ///< and one where has_slices
-  std::vector<SemiGlobalOnDevice> semi_global;                ///< or one of these
-  DeviceImage<std::uint8_t> textured;                         ///< 1 where a window has contrast
+  DescribedOnDevice short_census;
+  std::vector<SlicedCensus> slices;    ///< one where has_slices
+  DeviceImage<std::uint8_t> textured;  ///< 1 where a window has contrast
   DeviceImage<FoundLabel> upright;
   DeviceImage<FoundLabel> level;
   DeviceImage<int> parents;  ///< speckles: another pixel of the patch; itself where it stands for the patch
@@ -117,27 +94,20 @@ void clear_masked(Cuda& cuda, const PixelMask& mask, View<const std::uint8_t, De
 
 /// Short census of the three images, of it the `bits` lowest.
 void describe(Cuda& cuda, View<const std::uint8_t, Device> left, View<const std::uint8_t, Device> right,
-              const RoadPlane* plane, int bits, DescribedOnDevice<std::uint8_t>& described);
-/// Census of the three images.
-void describe(Cuda& cuda, View<const std::uint8_t, Device> left, View<const std::uint8_t, Device> right,
-              const RoadPlane* plane, DescribedOnDevice<std::uint32_t>& described);
+              const RoadPlane* plane, int bits, DescribedOnDevice& described);
 
 /// 1 where the window's sum of |L(u+1) − L(u−1)| is at least `least`, else 0.
 void find_texture(Cuda& cuda, View<const std::uint8_t, Device> left, int half_window, int least,
                   View<std::uint8_t, Device> textured);
 
 /// Both hypotheses' best labels by windows of the short census.
-void correlate(Cuda& cuda, const DescribedOnDevice<std::uint8_t>& census, const MatchingConfig& config,
+void correlate(Cuda& cuda, const DescribedOnDevice& census, const MatchingConfig& config,
                View<FoundLabel, Device> upright, View<FoundLabel, Device> level);
 
 /// The same from bit slices, where has_slices; the slices are working memory.
-void correlate(Cuda& cuda, const DescribedOnDevice<std::uint8_t>& census, SlicedCensus& slices,
-               const MatchingConfig& config, View<FoundLabel, Device> upright, View<FoundLabel, Device> level);
+void correlate(Cuda& cuda, const DescribedOnDevice& census, SlicedCensus& slices, const MatchingConfig& config,
+               View<FoundLabel, Device> upright, View<FoundLabel, Device> level);
 bool has_slices(const MatchingConfig& config);
-
-/// Both hypotheses' best labels by semi-global matching.
-void optimise(Cuda& cuda, SemiGlobalOnDevice& space, const RoadPlane* plane, const MatchingConfig& config,
-              View<FoundLabel, Device> upright, View<FoundLabel, Device> level);
 
 /// `textured` is not read if config has no texture limit.
 void decide(Cuda& cuda, View<const FoundLabel, Device> upright, View<const FoundLabel, Device> level,
@@ -149,7 +119,7 @@ void remove_speckles(Cuda& cuda, const SpeckleSizes& smallest, View<int, Device>
                      DeviceMatches& matches);
 
 /// Replaces matches by thin tops.
-void add_tops(Cuda& cuda, const DescribedOnDevice<std::uint8_t>& census, const RoadPlane* plane, const TopRules& rules,
+void add_tops(Cuda& cuda, const DescribedOnDevice& census, const RoadPlane* plane, const TopRules& rules,
               View<ThinTop, Device> points, DeviceMatches& matches);
 
 }  // namespace stereogrid

@@ -28,11 +28,6 @@ struct LaneCosts {
   std::uint32_t odd[words];
 };
 
-/// Two costs of 16 bits each.
-constexpr std::uint32_t twice(int value) {
-  return static_cast<std::uint32_t>(value) * 0x00010001u;
-}
-
 /// Four bytes as even and odd halves of a word of LaneCosts.
 __device__ inline std::uint32_t even_bytes(std::uint32_t bytes) {
   return bytes & 0x00ff00ffu;
@@ -70,12 +65,8 @@ __device__ inline std::uint32_t any_of_lanes(std::uint32_t word) {
 template <int lanes, int words>
 class BestLabel {
  public:
-  /// `dearest`: a best label whose highest_rival costs at most this is not unique either.
-  __device__ BestLabel(int count, int uniqueness_1024, int dearest)
-      : lane_{static_cast<int>(threadIdx.x) % lanes},
-        count_{count},
-        uniqueness_1024_{uniqueness_1024},
-        dearest_{dearest} {}
+  __device__ BestLabel(int count, int uniqueness_1024)
+      : lane_{static_cast<int>(threadIdx.x) % lanes}, count_{count}, uniqueness_1024_{uniqueness_1024} {}
 
   /// The same in all lanes of the group.
   __device__ FoundLabel find(const LaneCosts<words>& costs) const {
@@ -116,7 +107,7 @@ class BestLabel {
   __device__ bool has_rivals(const LaneCosts<words>& costs, int best, int cost) const {
     const int limit{highest_rival(cost, uniqueness_1024_)};
     const unsigned largest_key{static_cast<unsigned>(limit) << 8 | 255u};
-    bool has_one{limit >= dearest_};
+    bool has_one{false};
     for (int i{0}; i < words; ++i) {
       for (int k{0}; k < 4; ++k) {
         const bool is_far{static_cast<unsigned>(first_label(i) + k - best + 1) > 2u};
@@ -131,7 +122,6 @@ class BestLabel {
   int lane_;
   int count_;
   int uniqueness_1024_;
-  int dearest_;
 };
 
 }  // namespace stereogrid

@@ -6,7 +6,6 @@
 #include <cstddef>
 
 #include "matching/correlation/simd.hpp"
-#include "matching/semi_global/semi_global.hpp"
 
 namespace stereogrid {
 
@@ -15,7 +14,6 @@ Shifts upright_shifts(const MatchingConfig& config) {
 }
 
 int least_texture(const MatchingConfig& config) {
-  if (config.method == MatchingMethod::semi_global) return 0;
   return static_cast<int>(std::ceil(config.texture * config.window_px * config.window_px));
 }
 
@@ -30,13 +28,6 @@ constexpr double ambiguous_cost_share{0.2};
 // Fitted by gradient descent on the log-loss of "right to a pixel" over the four kinds of truth that a benchmark
 // reads (two lidar drives, two pairs, five rendered sequences; equal weight each), matches of the whole pipeline.
 ConfidenceModel confidence_model(const MatchingConfig& config) {
-  if (config.method == MatchingMethod::semi_global) {
-    return {cost_max,
-            -1,
-            1.0f / cost_max,
-            {2.362f, -4.301f, -11.700f, 10.925f, -15.861f, -0.087f, -0.726f},
-            {1.714f, -6.735f, -6.223f, 23.645f, 14.709f, 0.407f, -1.014f}};
-  }
   const int most{compared_bits(config.window_px) * config.window_px * config.window_px};
   const int limit{static_cast<int>(config.cost_limit * most)};
   return {limit,
@@ -47,7 +38,7 @@ ConfidenceModel confidence_model(const MatchingConfig& config) {
 }
 
 bool has_tops(const MatchingConfig& config) {
-  return config.thin_tops && config.method == MatchingMethod::correlation;
+  return config.thin_tops;
 }
 
 TopRules top_rules(const MatchingConfig& config) {
@@ -70,12 +61,8 @@ MatchingWorkspace::MatchingWorkspace(int width, int height, const MatchingConfig
       decisions(static_cast<std::size_t>(threads), ClassifyWorkspace{width}),
       textures(static_cast<std::size_t>(threads), TextureWorkspace{width, config.window_px / 2}) {
   if (has_tops(config)) tops = {width, height, config.disparities, threads};
-  if (config.method == MatchingMethod::semi_global) {
-    for (auto* census : {&census_left, &census_right, &census_sheared}) *census = {width, height, row_overrun};
-  } else {
-    const int border{correlate_border(upright_shifts(config))};
-    for (auto* census : {&short_left, &short_right_reversed, &short_sheared}) *census = {width, height, border};
-  }
+  const int border{correlate_border(upright_shifts(config))};
+  for (auto* census : {&short_left, &short_right_reversed, &short_sheared}) *census = {width, height, border};
 }
 
 }  // namespace stereogrid

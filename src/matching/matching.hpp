@@ -36,13 +36,12 @@ struct MatchingWorkspace {
   MatchingWorkspace(int width, int height, const MatchingConfig& config, int threads);
 
   [[nodiscard]] std::size_t memory_bytes() const {
-    return memory_bytes_of(left, right, sheared, short_left, short_right_reversed, short_sheared, census_left,
-                           census_right, census_sheared, textured, speckles, memory, rows, decisions, textures, tops);
+    return memory_bytes_of(left, right, sheared, short_left, short_right_reversed, short_sheared, textured, speckles,
+                           memory, rows, decisions, textures, tops);
   }
 
   Padded<std::uint8_t> left, right, sheared;                             ///< grey levels
-  Padded<std::uint8_t> short_left, short_right_reversed, short_sheared;  ///< correlation: short census
-  Padded<std::uint32_t> census_left, census_right, census_sheared;       ///< semi-global: census
+  Padded<std::uint8_t> short_left, short_right_reversed, short_sheared;  ///< short census
   Padded<std::uint8_t> textured;                                         ///< 1 where a window has contrast
   Speckles speckles;
   std::vector<std::uint8_t> memory;  ///< CPU: working memory of the bands, see make_room
@@ -78,13 +77,13 @@ void find_candidates(Reference& reference, View<const std::uint8_t> left, View<c
 /// The upright hypothesis searches all disparities.
 Shifts upright_shifts(const MatchingConfig& config);
 
-/// Sum of |L(u+1) − L(u−1)| that a window must have. Semi-global matching carries disparities over blank places: 0.
+/// Sum of |L(u+1) − L(u−1)| that a window must have.
 int least_texture(const MatchingConfig& config);
 
 /// Smallest patches that stay.
 SpeckleSizes speckle_sizes(const MatchingConfig& config);
 
-/// Confidence model and cost limit of this matcher.
+/// Confidence model and cost limit.
 ConfidenceModel confidence_model(const MatchingConfig& config);
 
 /// Whether thin tops are searched, and how.

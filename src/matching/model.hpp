@@ -11,31 +11,13 @@
 
 namespace stereogrid {
 
-/// Half sizes of the census window: 9 columns × 7 rows.
-constexpr int census_half_u{4};
-constexpr int census_half_v{3};
-
-/// Bits of a descriptor: half of the 63 window pixels, each compared with its mirror image in the centre.
-constexpr int census_bits{31};
-
-/// Centre-symmetric census: bit k is set if the k-th pixel of the window's first half is darker than its mirror image.
-/// Gain and offset of the camera do not change it. `pixel(i, j)` is the grey level at column offset i and row offset j.
-template <class Pixel>
-STEREOGRID_HD inline std::uint32_t census(const Pixel& pixel) {
-  std::uint32_t bits{0};
-  for (int j{-census_half_v}; j <= 0; ++j) {
-    const int last{j < 0 ? census_half_u : -1};
-    for (int i{-census_half_u}; i <= last; ++i) bits = bits << 1 | (pixel(i, j) < pixel(-i, -j) ? 1u : 0u);
-  }
-  return bits;
-}
-
 /// Half sizes of the short census, and its descriptor's bits.
 constexpr int short_census_half_u{3};
 constexpr int short_census_half_v{2};
 constexpr int short_census_bits{8};
 
-/// Centre-symmetric census of eight pairs in 7 × 5 pixels: enough where costs are summed over a window, and a byte.
+/// Centre-symmetric census of eight pairs in 7 × 5 pixels: a bit is set if a pixel is darker than its mirror image.
+/// Gain and offset of the camera do not change it. `pixel(i, j)` is the grey level at column offset i and row offset j.
 template <class Pixel>
 STEREOGRID_HD inline std::uint8_t short_census(const Pixel& pixel) {
   const auto darker = [&](int i, int j) { return pixel(i, j) < pixel(-i, -j) ? 1u : 0u; };
@@ -110,7 +92,7 @@ struct ConfidenceWeights {
   float disparity;
 };
 
-/// Confidence model of a matcher with a maximum cost.
+/// Confidence model of matches up to a maximum cost.
 struct ConfidenceModel {
   int cost_limit;            ///< matches with a higher cost are rejected
   int ambiguous_cost_limit;  ///< pixels with a higher cost are not ambiguous

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "matching/matching.hpp"
-#include "matching/semi_global/semi_global.hpp"
 
 namespace stereogrid {
 namespace {
@@ -76,16 +75,6 @@ void correlate(View<const std::uint8_t> left, View<const std::uint8_t> right, Vi
   }
 }
 
-void optimise_census(Reference& reference, View<const std::uint8_t> left, View<const std::uint8_t> right,
-                     View<const std::uint8_t> sheared, const RoadPlane& plane, const MatchingConfig& config,
-                     CandidateSink& sink) {
-  const auto describe = [](const auto& pixel) { return census(pixel); };
-  const auto of_left = described<std::uint32_t>(left, describe);
-  const auto of_right = described<std::uint32_t>(right, describe);
-  const auto of_sheared = described<std::uint32_t>(sheared, describe);
-  optimise(reference, {of_left.view(), of_right.view(), of_sheared.view()}, plane, config, sink);
-}
-
 bool is_textured(View<const std::uint8_t> left, int u, int v, const MatchingConfig& config) {
   const int half{config.window_px / 2};
   int sum{0};
@@ -146,7 +135,7 @@ class Decider final : public CandidateSink {
 
 }  // namespace
 
-void find_candidates(Reference& reference, View<const std::uint8_t> left, View<const std::uint8_t> right,
+void find_candidates(Reference& /*reference*/, View<const std::uint8_t> left, View<const std::uint8_t> right,
                      const RoadPlane& plane, const MatchingConfig& config, MatchingWorkspace& space,
                      CandidateSink& sink) {
   for (int v{0}; v < left.height; ++v) {
@@ -155,12 +144,7 @@ void find_candidates(Reference& reference, View<const std::uint8_t> left, View<c
       space.sheared.row(v)[u] = sheared(space.right.row(v), left.width, u, road_row(plane, v));
     }
   }
-  const View<const std::uint8_t> sheared_right = space.sheared.view();
-  if (config.method == MatchingMethod::semi_global) {
-    optimise_census(reference, left, right, sheared_right, plane, config, sink);
-  } else {
-    correlate(left, right, sheared_right, config, sink);
-  }
+  correlate(left, right, space.sheared.view(), config, sink);
 }
 
 void match(Reference& reference, View<const std::uint8_t> left, View<const std::uint8_t> right, const RoadPlane& plane,

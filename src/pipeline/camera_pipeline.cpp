@@ -207,11 +207,11 @@ TerrainRules CameraPipeline::find_terrain(CameraFrame& now) {
   return terrain.rules();
 }
 
-// The noise of disparities that are rounded or smoothed by the matcher does not show their errors.
+// The noise of disparities that are rounded does not show their errors.
 float CameraPipeline::blur_in(const LevelFrame& frame) const {
   const MatchingConfig& matching{config_.matching};
   const bool is_own{!frame.has_external_disparity()};
-  if (is_own && (!matching.subpixel || matching.method != MatchingMethod::correlation)) return widest_blur_px;
+  if (is_own && !matching.subpixel) return widest_blur_px;
   if (!is_own && matching.external_sigma_px > 0) return blur_of(matching.external_sigma_px);
   const float rounded_px{blur_of(frame.disparity_step_px / std::sqrt(12.0))};
   return std::max(rounded_px, blur_of(stages_->read(), matching.window_px));

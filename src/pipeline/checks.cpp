@@ -18,13 +18,6 @@ constexpr int image_side_max{16384};
 constexpr int threads_max{1024};
 constexpr double farthest_m{1e9};
 constexpr double horizon_max_s{1e4};
-constexpr double matching_bytes_max{64.0 * (1 << 30)};
-
-// Semi-global matching keeps a byte for each pixel and label.
-double matching_bytes(const MatchingConfig& config, const Rig& rig) {
-  const double disparities{config.disparities == 0 ? 256.0 : config.disparities};
-  return (disparities + 2.0 * road_margin_px + 1) * rig.width_px * rig.height_px;
-}
 
 // As parts of topics of ROS 2 are.
 bool is_camera_name(const std::string& name) {
@@ -88,7 +81,6 @@ void check(const Config& config, std::span<const Rig> rigs, const PipelineOption
     if (!fine) found.push_back(problem);
   };
   require(!rigs.empty() && rigs.size() <= cameras_max, "The number of rigs must lie in 1 … 8.");
-  double bytes{0};
   for (std::size_t i{0}; i < rigs.size(); ++i) {
     const Rig& rig{rigs[i]};
     const std::string name{rigs.size() == 1 ? "rig: " : "rig " + std::to_string(i) + ": "};
@@ -96,12 +88,8 @@ void check(const Config& config, std::span<const Rig> rigs, const PipelineOption
     require(rig.width_px != 0 && rig.height_px != 0, name + "the image size must be positive.");
     require(std::max(rig.width_px, rig.height_px) <= image_side_max,
             name + "images of up to 16384 × 16384 can be matched.");
-    bytes += matching_bytes(config.matching, rig);
   }
   require(config.matching.disparities != 1, "matching.disparities must be 0 (automatic) or at least 2.");
-  require(config.matching.method != MatchingMethod::semi_global || bytes <= matching_bytes_max,
-          "matching.disparities, rig: matching.method=semi_global takes more than 64 GiB. Take fewer disparities or "
-          "smaller images.");
   require(options.back_end >= BackEnd::cpu && options.back_end <= BackEnd::automatic,
           "There is no such back end: it is cpu, reference, cuda or automatic.");
   require(options.device >= 0, "The device must be 0 or more: GPUs are counted from 0.");

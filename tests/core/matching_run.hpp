@@ -12,7 +12,6 @@ namespace stereogrid::test {
 /// Every test of a match that can be switched off is off; left-right stays on.
 inline MatchingConfig permissive_config() {
   MatchingConfig config;
-  config.method = MatchingMethod::correlation;
   config.disparities = 32;
   config.window_px = 9;
   config.uniqueness = 0;
@@ -69,7 +68,7 @@ struct MatchRun {
     matches.obstacle.fill(-7);
     Recorder recorder{upright, level};
     find_candidates(back_end, left.view(), right.view(), plane, config, space, recorder);
-    if (config.method == MatchingMethod::correlation) clear_unspecified(plane, config);
+    clear_unspecified(plane, config);
     match(back_end, left.view(), right.view(), plane, config, space, matches);
   }
 

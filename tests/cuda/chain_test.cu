@@ -159,14 +159,8 @@ void check_drive(const Config& config) {
   CHECK(!result.obstacles.empty());
 }
 
-TEST(a_drive_with_correlation_equals_the_reference) {
+TEST(a_drive_equals_the_reference) {
   check_drive(small_config());
-}
-
-TEST(a_drive_with_semi_global_matching_equals_the_reference) {
-  Config config{small_config()};
-  config.matching.method = MatchingMethod::semi_global;
-  check_drive(config);
 }
 
 TEST(the_paper_preset_equals_the_reference) {
@@ -394,28 +388,25 @@ TEST(states_saved_after_the_same_frame_are_equal) {
 TEST(kernels_are_loaded_at_construction) {
   const Street street{small_rig()};
   for (const char* name : {"default", "robot", "paper"}) {
-    for (const MatchingMethod method : {MatchingMethod::correlation, MatchingMethod::semi_global}) {
-      Config config{small_config()};
-      config.filter.model = preset(name).filter.model;
-      config.ground.model = preset(name).ground.model;
-      config.projection.model = preset(name).projection.model;
-      config.matching.method = method;
-      emulator::unload_kernels();
-      Image<std::uint8_t> mask{width, height, 255};
-      mask(5, 5) = 0;
-      const StagesOptions options{.mask = PixelMask{mask, LevelMapping{small_rig()}}};
-      Runner runner{std::make_unique<CudaStages>(config, small_rig(), 0, options), config, small_rig()};
-      for (int index{0}; index < 3; ++index) {
-        StereoFrame frame{street.frame(index)};
-        if (index == 2) {
-          frame.right = {};
-          frame.disparity = Image<float>{width, height, 7};
-          frame.other_grids.push_back({{0, -4, 0.8, 12, 10}, Image<float>{12, 10, 0.7f}, {}});
-        }
-        runner.run(frame, 0.1 * index);
+    Config config{small_config()};
+    config.filter.model = preset(name).filter.model;
+    config.ground.model = preset(name).ground.model;
+    config.projection.model = preset(name).projection.model;
+    emulator::unload_kernels();
+    Image<std::uint8_t> mask{width, height, 255};
+    mask(5, 5) = 0;
+    const StagesOptions options{.mask = PixelMask{mask, LevelMapping{small_rig()}}};
+    Runner runner{std::make_unique<CudaStages>(config, small_rig(), 0, options), config, small_rig()};
+    for (int index{0}; index < 3; ++index) {
+      StereoFrame frame{street.frame(index)};
+      if (index == 2) {
+        frame.right = {};
+        frame.disparity = Image<float>{width, height, 7};
+        frame.other_grids.push_back({{0, -4, 0.8, 12, 10}, Image<float>{12, 10, 0.7f}, {}});
       }
-      CHECK_EQUAL(emulator::kernels_loaded_late(), 0);
+      runner.run(frame, 0.1 * index);
     }
+    CHECK_EQUAL(emulator::kernels_loaded_late(), 0);
   }
 }
 #endif

@@ -23,13 +23,12 @@ struct GreyAt {
 
 __global__ void matching_models(const std::uint8_t* image, int width, RoadPlane plane, float* out) {
   const int u{static_cast<int>(threadIdx.x)};
-  const std::uint32_t bits{census(GreyAt{image + u, width})};
   const RoadRow road{road_row(plane, 0)};
   const Candidate candidate{1, 2, 3, 4, 5};
   const Winner winner{
       winner_of(candidate, candidate, road.at(u), highest_rival(compared_bits(13), 20), true, ConfidenceModel{})};
-  out[u] = static_cast<float>(bits) + short_census(GreyAt{image + u, width}) + sheared(image, width, u, road) +
-           winner.disparity + single_numbers::confidence_of(winner.evidence);
+  out[u] = short_census(GreyAt{image + u, width}) + sheared(image, width, u, road) + winner.disparity +
+           single_numbers::confidence_of(winner.evidence);
 }
 
 __global__ void alignment_models(const std::uint8_t* image, int width, float* out) {

@@ -26,11 +26,11 @@ def test_groups_and_keys() -> None:
     config.grid.cell_size_m = 0.1
     assert config.get("grid.cell_size_m") == 0.1
     config.set("grid.cell_size_m", 0.25)
-    config.set("matching.method", "semi_global")
+    config.set("filter.model", "tay2008")
     config.set("ground.estimate", False)
     config.set("grid.length_m", "30")
     assert config.grid.cell_size_m == 0.25 and config.grid.length_m == 30
-    assert config.matching.method == "semi_global" and config.ground.estimate is False
+    assert config.filter.model == "tay2008" and config.ground.estimate is False
 
 
 def test_every_key_can_be_set_to_its_value() -> None:
@@ -53,7 +53,7 @@ def test_mistakes() -> None:
     with pytest.raises(sg.ConfigError):
         config.get("nothing")
     with pytest.raises(sg.ConfigError):
-        config.matching.method = "none"
+        config.filter.model = "none"
     with pytest.raises(sg.ConfigError):
         config.grid.length_m = "far"
     with pytest.raises(AttributeError):

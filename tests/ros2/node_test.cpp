@@ -229,8 +229,8 @@ TEST_F(Ros2Node, RefusesParametersThatDoNotFit) {
   }};
   EXPECT_THAT(refusal({"grid.length_m", 1e6}), HasSubstr("grid.length_m"));
   EXPECT_THAT(refusal({"grid.length_m", std::string{"far"}}), HasSubstr("wrong type"));
-  EXPECT_THAT(refusal({"matching.method", std::string{"guess"}}),
-              HasSubstr("matching.method: guess (allowed correlation, semi_global)"));
+  EXPECT_THAT(refusal({"ground.model", std::string{"guess"}}),
+              HasSubstr("ground.model: guess (allowed plane, terrain)"));
   EXPECT_THAT(refusal({"poses", std::string{"gps"}}), HasSubstr("poses"));
   EXPECT_THAT(refusal({"input", std::string{"lidar"}}), HasSubstr("input: lidar (allowed stereo, depth, disparity)"));
   EXPECT_THAT(refusal({"device", std::string{"tpu"}}), HasSubstr("device"));

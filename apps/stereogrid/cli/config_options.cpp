@@ -57,7 +57,6 @@ std::string why_unread(const Config& config, std::string_view key, const InputUs
     bool is_read;
     std::string_view condition;
   };
-  const bool is_correlated{config.matching.method == MatchingMethod::correlation};
   const std::array rules{
       Rule{{"paper."},
            config.projection.model == ProjectionModel::bins,
@@ -67,13 +66,10 @@ std::string why_unread(const Config& config, std::string_view key, const InputUs
            config.ground.estimate,
            "ground.estimate=true"},
       Rule{{"filter.decay_time_in_view_s"}, config.filter.model == FilterModel::joint, "filter.model=joint"},
-      Rule{{"matching.texture", "matching.cost_limit", "matching.thin_tops"},
-           is_correlated,
-           "matching.method=correlation"},
       Rule{{"matching.external_sigma_px", "matching.external_sigma_per_m"},
            input.has_disparities,
            "disparities or depth as input"},
-      Rule{{"matching.method", "matching.align_rows", "matching.uniqueness", "matching.texture", "matching.cost_limit",
+      Rule{{"matching.align_rows", "matching.uniqueness", "matching.texture", "matching.cost_limit",
             "matching.left_right_px", "matching.subpixel", "matching.thin_tops"},
            !input.has_disparities,
            "right images as input"},

@@ -177,7 +177,7 @@ class Strip {
 
   // Columns beyond the image take part, as all lanes of a warp must.
   __device__ void finish_row(int v) const {
-    const BestLabel<lanes, words> best_label{hypothesis_.shifts.count, task_.uniqueness_1024, 1 << 20};
+    const BestLabel<lanes, words> best_label{hypothesis_.shifts.count, task_.uniqueness_1024};
     const int half{task_.half_window};
     const int begin_u{first_u_ + group_ * group_columns};
     LaneCosts<words> costs{};
@@ -238,7 +238,7 @@ void correlate_on(Cuda& cuda, Correlation task) {
 
 }  // namespace
 
-void correlate(Cuda& cuda, const DescribedOnDevice<std::uint8_t>& census, const MatchingConfig& config,
+void correlate(Cuda& cuda, const DescribedOnDevice& census, const MatchingConfig& config,
                View<FoundLabel, Device> upright, View<FoundLabel, Device> level) {
   const Correlation task{census.left.view(),
                          {census.right.view(), upright_shifts(config), upright},

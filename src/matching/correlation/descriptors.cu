@@ -16,10 +16,9 @@ struct GreyImages {
 };
 
 // A tile of an image with what the windows at its border see.
-template <int half_u, int half_v>
 struct Tile {
-  static constexpr int columns{tile_u + 2 * half_u};
-  static constexpr int rows{tile_v + 2 * half_v};
+  static constexpr int columns{tile_u + 2 * short_census_half_u};
+  static constexpr int rows{tile_v + 2 * short_census_half_v};
 
   std::int32_t road_start[rows];
   std::int32_t road_slope[rows];
@@ -27,31 +26,12 @@ struct Tile {
 };
 
 // The descriptor's window around a pixel of the tile.
-template <int half_u, int half_v>
 struct Window {
-  const Tile<half_u, half_v>& tile;
+  const Tile& tile;
   int u;
   int v;
-  STEREOGRID_HD int operator()(int i, int j) const { return tile.grey[v + half_v + j][u + half_u + i]; }
-};
-
-struct Short {
-  using Descriptor = std::uint8_t;
-  static constexpr int half_u{short_census_half_u};
-  static constexpr int half_v{short_census_half_v};
-  template <class Pixel>
-  STEREOGRID_HD static Descriptor of(const Pixel& pixel) {
-    return short_census(pixel);
-  }
-};
-
-struct Long {
-  using Descriptor = std::uint32_t;
-  static constexpr int half_u{census_half_u};
-  static constexpr int half_v{census_half_v};
-  template <class Pixel>
-  STEREOGRID_HD static Descriptor of(const Pixel& pixel) {
-    return census(pixel);
+  STEREOGRID_HD int operator()(int i, int j) const {
+    return tile.grey[v + short_census_half_v + j][u + short_census_half_u + i];
   }
 };
 
@@ -62,13 +42,12 @@ struct ClampedRow {
   STEREOGRID_HD int operator()(int u) const { return row[u < 0 ? 0 : (u < width ? u : width - 1)]; }
 };
 
-template <int half_u, int half_v>
-__device__ void load(const GreyImages& images, int image, Tile<half_u, half_v>& tile) {
+__device__ void load(const GreyImages& images, int image, Tile& tile) {
   const int width{images.left.width};
   const int height{images.left.height};
   const int thread{static_cast<int>(threadIdx.y) * tile_u + static_cast<int>(threadIdx.x)};
-  const int first_u{static_cast<int>(blockIdx.x) * tile_u - half_u};
-  const int first_v{static_cast<int>(blockIdx.y) * tile_v - half_v};
+  const int first_u{static_cast<int>(blockIdx.x) * tile_u - short_census_half_u};
+  const int first_v{static_cast<int>(blockIdx.y) * tile_v - short_census_half_v};
   if (thread < tile.rows) {
     const RoadRow road{road_row(*images.plane, clamped(first_v + thread, height))};
     tile.road_start[thread] = road.start;
@@ -89,41 +68,28 @@ __device__ void load(const GreyImages& images, int image, Tile<half_u, half_v>& 
 }
 
 // blockIdx.z: which of the three images.
-template <class Census>
 __global__ void __launch_bounds__(threads)
-    describe_images(GreyImages images, typename Census::Descriptor mask, View<typename Census::Descriptor, Device> left,
-                    View<typename Census::Descriptor, Device> right,
-                    View<typename Census::Descriptor, Device> sheared_right) {
-  __shared__ Tile<Census::half_u, Census::half_v> tile;
+    describe_images(GreyImages images, std::uint8_t mask, View<std::uint8_t, Device> left,
+                    View<std::uint8_t, Device> right, View<std::uint8_t, Device> sheared_right) {
+  __shared__ Tile tile;
   const int image{static_cast<int>(blockIdx.z)};
   load(images, image, tile);
   const int u{static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x)};
   const int v{static_cast<int>(blockIdx.y * blockDim.y + threadIdx.y)};
   if (u >= left.width || v >= left.height) return;
-  const Window<Census::half_u, Census::half_v> window{tile, static_cast<int>(threadIdx.x),
-                                                      static_cast<int>(threadIdx.y)};
+  const Window window{tile, static_cast<int>(threadIdx.x), static_cast<int>(threadIdx.y)};
   auto* const to = image == 0 ? left.row(v) : (image == 1 ? right.row(v) : sheared_right.row(v));
-  to[u] = static_cast<typename Census::Descriptor>(Census::of(window) & mask);
-}
-
-template <class Census>
-void describe_all(Cuda& cuda, const GreyImages& images, typename Census::Descriptor mask,
-                  DescribedOnDevice<typename Census::Descriptor>& described) {
-  const dim3 grid{blocks_for(images.left.width, tile_u), blocks_for(images.left.height, tile_v), 3};
-  launch(cuda, describe_images<Census>, grid, dim3{tile_u, tile_v}, 0, images, mask, described.left.view(),
-         described.right.view(), described.sheared.view());
+  to[u] = static_cast<std::uint8_t>(short_census(window) & mask);
 }
 
 }  // namespace
 
 void describe(Cuda& cuda, View<const std::uint8_t, Device> left, View<const std::uint8_t, Device> right,
-              const RoadPlane* plane, int bits, DescribedOnDevice<std::uint8_t>& described) {
-  describe_all<Short>(cuda, {left, right, plane}, static_cast<std::uint8_t>((1u << bits) - 1), described);
-}
-
-void describe(Cuda& cuda, View<const std::uint8_t, Device> left, View<const std::uint8_t, Device> right,
-              const RoadPlane* plane, DescribedOnDevice<std::uint32_t>& described) {
-  describe_all<Long>(cuda, {left, right, plane}, ~0u, described);
+              const RoadPlane* plane, int bits, DescribedOnDevice& described) {
+  const dim3 grid{blocks_for(left.width, tile_u), blocks_for(left.height, tile_v), 3};
+  launch(cuda, describe_images, grid, dim3{tile_u, tile_v}, 0, GreyImages{left, right, plane},
+         static_cast<std::uint8_t>((1u << bits) - 1), described.left.view(), described.right.view(),
+         described.sheared.view());
 }
 
 }  // namespace stereogrid

@@ -13,10 +13,7 @@
 namespace stereogrid {
 
 /// Elements that the functions below read or write beyond a row's ends.
-constexpr int row_overrun{64 + census_half_u};
-
-/// Descriptors of a row, equal to `census`. `window` are the image rows v − census_half_v … v + census_half_v at u = 0.
-void census_row(const std::uint8_t* const* window, int width, std::uint32_t* out);
+constexpr int row_overrun{64 + short_census_half_u};
 
 /// Descriptors of a row, equal to the `bits` lowest of `short_census`. `window` are the image rows v −
 /// short_census_half_v … v + short_census_half_v.

@@ -219,12 +219,11 @@ SlicedCensus::SlicedCensus(int width, int height)
       sheared{right.width(), height} {}
 
 bool has_slices(const MatchingConfig& config) {
-  return config.method == MatchingMethod::correlation && config.window_px == 2 * half_window + 1 &&
-         config.disparities <= 128;
+  return config.window_px == 2 * half_window + 1 && config.disparities <= 128;
 }
 
-void correlate(Cuda& cuda, const DescribedOnDevice<std::uint8_t>& census, SlicedCensus& slices,
-               const MatchingConfig& config, View<FoundLabel, Device> upright, View<FoundLabel, Device> level) {
+void correlate(Cuda& cuda, const DescribedOnDevice& census, SlicedCensus& slices, const MatchingConfig& config,
+               View<FoundLabel, Device> upright, View<FoundLabel, Device> level) {
   launch(cuda, slice,
          dim3{blocks_for(std::max(slices.left.width(), slices.right.width()), warps), blocks_for(upright.height, 8), 3},
          dim3{threads}, 0, census.left.view(), census.right.view(), census.sheared.view(), slices.left.view(),

@@ -78,7 +78,7 @@ __global__ void __launch_bounds__(threads) put_tops(const TopsOnDevice task) {
 
 }  // namespace
 
-void add_tops(Cuda& cuda, const DescribedOnDevice<std::uint8_t>& census, const RoadPlane* plane, const TopRules& rules,
+void add_tops(Cuda& cuda, const DescribedOnDevice& census, const RoadPlane* plane, const TopRules& rules,
               View<ThinTop, Device> points, DeviceMatches& matches) {
   const TopsOnDevice task{census.left.view(),  census.right.view(),      plane, rules, points, matches.obstacle.view(),
                           matches.road.view(), matches.confidence.view()};

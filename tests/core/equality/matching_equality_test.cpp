@@ -80,11 +80,6 @@ TEST(MatchingEquality, WorkingMemoryIsUsedAgain) {
 
 // Sizes and settings at the edges of what vectors hold, on every instruction set of this machine.
 
-MatchingConfig semi_global(MatchingConfig config) {
-  config.method = MatchingMethod::semi_global;
-  return config;
-}
-
 TEST(MatchingTargets, UsesTheSelectedTarget) {
   const auto targets = vector_targets();
   ASSERT_FALSE(targets.empty());
@@ -101,17 +96,16 @@ TEST(MatchingTargets, WorksWithoutVectors) {
   std::mt19937 generator{101};
   const ForcedTarget forced{HWY_SCALAR};
   if (simd_target() != "SCALAR") GTEST_SKIP() << "Highway has vectors everywhere here: " << simd_target();
-  for (const MatchingConfig& config : {config_of(5, 16), semi_global(config_of(5, 16))}) {
-    const Pair pair{textured_pair({33, 17}, generator)};
-    Reference reference;
-    const MatchRun expected{reference, pair.left, pair.right, plain_plane, config};
-    for (const int threads : {1, 3}) {
-      Cpu cpu{threads};
-      const MatchRun actual{cpu, pair.left, pair.right, plain_plane, config};
-      expect_equal(expected, actual);
-      const Image<float>& found{actual.matches.obstacle};
-      EXPECT_GT(std::count_if(found.begin(), found.end(), [](float d) { return d > 0; }), 0);
-    }
+  const MatchingConfig config{config_of(5, 16)};
+  const Pair pair{textured_pair({33, 17}, generator)};
+  Reference reference;
+  const MatchRun expected{reference, pair.left, pair.right, plain_plane, config};
+  for (const int threads : {1, 3}) {
+    Cpu cpu{threads};
+    const MatchRun actual{cpu, pair.left, pair.right, plain_plane, config};
+    expect_equal(expected, actual);
+    const Image<float>& found{actual.matches.obstacle};
+    EXPECT_GT(std::count_if(found.begin(), found.end(), [](float d) { return d > 0; }), 0);
   }
 }
 
@@ -123,7 +117,6 @@ TEST(MatchingTargets, EveryNumberOfDisparitiesAtTheEndOfAVector) {
       const MatchingConfig config{config_of(3, disparities)};
       expect_equal_to_reference(noise_pair({disparities + 6, 3}, generator), plain_plane, config, {1, 3});
       expect_equal_to_reference(noise_pair({19, 3}, generator), rolled_plane, config, {2});
-      expect_equal_to_reference(noise_pair({21, 3}, generator), rolled_plane, semi_global(config), {2});
     }
   }
 }
@@ -132,9 +125,7 @@ TEST(MatchingTargets, EveryWidthAtTheEndOfAVector) {
   std::mt19937 generator{107};
   for (const int power : {2, 4, 8, 16, 32, 64, 128}) {
     for (const int width : {power - 1, power, power + 1}) {
-      const Pair pair{noise_pair({width, 4}, generator)};
-      expect_equal_to_reference(pair, plain_plane, config_of(5, 20), {3});
-      expect_equal_to_reference(pair, plain_plane, semi_global(config_of(5, 20)), {3});
+      expect_equal_to_reference(noise_pair({width, 4}, generator), plain_plane, config_of(5, 20), {3});
     }
   }
 }
@@ -163,7 +154,6 @@ TEST(MatchingTargets, LargestCosts) {
     config.uniqueness = 1;
     config.texture = 0;
     expect_equal_to_reference(pair, plain_plane, config, {2});
-    expect_equal_to_reference(pair, plain_plane, semi_global(config), {2});
   }
 }
 
@@ -199,9 +189,7 @@ TEST(MatchingTargets, NarrowAndFlatImages) {
     for (const int window_px : {3, 41}) {
       for (const int disparities : {1, 2, 256}) {
         const MatchingConfig config{config_of(window_px, disparities)};
-        const Pair pair{noise_pair(size, generator)};
-        expect_equal_to_reference(pair, rolled_plane, config, {1, 2, 3, 8});
-        expect_equal_to_reference(pair, rolled_plane, semi_global(config), {1, 2, 3, 8});
+        expect_equal_to_reference(noise_pair(size, generator), rolled_plane, config, {1, 2, 3, 8});
       }
     }
   }
@@ -213,7 +201,6 @@ MatchingConfig random_config(std::mt19937& generator) {
     return choices[uniform_int(generator, 0, static_cast<int>(std::size(choices)) - 1)];
   };
   MatchingConfig config;
-  config.method = uniform_int(generator, 0, 2) == 0 ? MatchingMethod::semi_global : MatchingMethod::correlation;
   config.window_px = 3 + 2 * uniform_int(generator, 0, uniform_int(generator, 0, 3) == 0 ? 19 : 6);
   config.disparities = uniform_int(generator, 2, uniform_int(generator, 0, 3) == 0 ? 256 : 70);
   config.uniqueness = any_of(0, 0.02, 0.1, 1);

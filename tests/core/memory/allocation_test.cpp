@@ -105,8 +105,6 @@ const std::vector<Case>& cases() {
       {.name = "DefaultOnMoreThreadsThanCores", .threads = 5},
       {.name = "Paper", .preset = "paper"},
       {.name = "PaperOnOneThread", .preset = "paper", .threads = 1},
-      {.name = "SemiGlobal", .settings = {{"matching.method", "semi_global"}}},
-      {.name = "SemiGlobalOnOneThread", .settings = {{"matching.method", "semi_global"}}, .threads = 1},
       {.name = "Tay2008", .settings = {{"filter.model", "tay2008"}}},
       {.name = "WithoutSceneFlow", .settings = {{"filter.scene_flow", "false"}}},
       {.name = "Bins", .settings = {{"projection.model", "bins"}}},
@@ -123,7 +121,6 @@ const std::vector<Case>& cases() {
       {.name = "PitchedMasked", .scene = pitched_street, .masked_rows = 20},
       {.name = "MaskedGivenDisparities", .is_given = true, .masked_rows = 20},
       {.name = "BlankAtFirst", .change = blank_at_first},
-      {.name = "BlankAtFirstSemiGlobal", .settings = {{"matching.method", "semi_global"}}, .change = blank_at_first},
       {.name = "BlankAtFirstGivenDisparities", .is_given = true, .change = blank_at_first},
       {.name = "WithoutPoses", .change = without_poses},
       {.name = "WithGapsInPoses", .change = with_gaps_in_poses},
@@ -249,18 +246,17 @@ TEST_P(Memory, IsWhatThePipelineSays) {
   RecordProperty("bytes", std::to_string(pipeline.memory_use().host_bytes));
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    , Memory,
-    testing::Values(MemoryCase{.name = "Default"}, MemoryCase{.name = "FiveThreads", .threads = 5},
-                    MemoryCase{.name = "SemiGlobal", .settings = {{"matching.method", "semi_global"}}},
-                    MemoryCase{.name = "Tay2008", .settings = {{"filter.model", "tay2008"}}},
-                    // with little else, so that the small things count
-                    MemoryCase{.name = "FewVelocities", .settings = {{"filter.speeds_mps", "1.25"}}},
-                    MemoryCase{.name = "Bins", .settings = {{"projection.model", "bins"}}},
-                    MemoryCase{.name = "Predictions", .horizons_s = {0.5, 1}},
-                    // the mask and its level image: 0.1 MB of 11
-                    MemoryCase{.name = "Masked", .is_masked = true}),
-    [](const auto& one) { return std::string{one.param.name}; });
+INSTANTIATE_TEST_SUITE_P(, Memory,
+                         testing::Values(MemoryCase{.name = "Default"}, MemoryCase{.name = "FiveThreads", .threads = 5},
+                                         MemoryCase{.name = "Tay2008", .settings = {{"filter.model", "tay2008"}}},
+                                         // with little else, so that the small things count
+                                         MemoryCase{.name = "FewVelocities",
+                                                    .settings = {{"filter.speeds_mps", "1.25"}}},
+                                         MemoryCase{.name = "Bins", .settings = {{"projection.model", "bins"}}},
+                                         MemoryCase{.name = "Predictions", .horizons_s = {0.5, 1}},
+                                         // the mask and its level image: 0.1 MB of 11
+                                         MemoryCase{.name = "Masked", .is_masked = true}),
+                         [](const auto& one) { return std::string{one.param.name}; });
 
 TEST(MemoryOfPipelines, OfALargerPipelineIsMore) {
   const Rig rig{scenes::Scene{scenes::parse_scene("street?width=320&height=160&frames=1"), 1}.rig()};

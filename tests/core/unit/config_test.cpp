@@ -80,7 +80,6 @@ TEST(Config, PaperPresetHasThePapersValues) {
   EXPECT_EQ(config.filter.model, FilterModel::tay2008);
   EXPECT_EQ(config.filter.likelihood_exponent, 1);
   EXPECT_EQ(config.filter.static_prior, 0) << "all velocities alike";
-  EXPECT_EQ(config.matching.method, MatchingMethod::correlation);
 }
 
 TEST(Config, RobotPresetHasASmallFineGrid) {
@@ -119,7 +118,6 @@ TEST(Config, SetReachesOnlyTheNamedParameter) {
       if (before == "joint" || before == "tay2008") other = before == "joint" ? "tay2008" : "joint";
       if (entry.key == "projection.model") other = before == "rays" ? "bins" : "rays";
       if (entry.key == "ground.model") other = before == "plane" ? "terrain" : "plane";
-      if (entry.key == "matching.method") other = before == "correlation" ? "semi_global" : "correlation";
     }
     set(config, entry.key, other);
     EXPECT_EQ(get(config, entry.key), other) << entry.key;
@@ -182,6 +180,13 @@ TEST(Config, ParametersOfThePaperAreFoundUnderTheirFormerGroup) {
   set(config, "filter.forgetting_s", "3.5");
   EXPECT_EQ(config.filter.decay_time_s, 3.5);
   EXPECT_THROW(set(config, "u_disparity.tau", "0.3"), ConfigError);
+}
+
+TEST(Config, TheFormerChoiceOfAMethodIsRefusedButForItsDefault) {
+  Config config;
+  EXPECT_NO_THROW(set(config, "matching.method", "correlation"));
+  EXPECT_EQ(error_text_of<ConfigError>([&] { set(config, "matching.method", "semi_global"); }),
+            "matching.method: semi_global (allowed: correlation, the only method). Remove it.");
 }
 
 TEST(Config, AllProblemsAreReportedAtOnce) {

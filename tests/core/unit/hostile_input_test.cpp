@@ -189,9 +189,9 @@ TEST_P(HostileInput, APlaceToStartAtMustBeOne) {
 TEST(Arguments, ChoicesThatThereAreNotAreNamed) {
   Config config{small_config()};
   config.filter.model = static_cast<FilterModel>(7);
-  config.matching.method = static_cast<MatchingMethod>(-1);
+  config.ground.model = static_cast<GroundModel>(-1);
   EXPECT_THAT(problems(config),
-              ::testing::ElementsAre(HasSubstr("matching.method is -1 and must be one of: correlation semi_global"),
+              ::testing::ElementsAre(HasSubstr("ground.model is -1 and must be one of: plane terrain"),
                                      HasSubstr("filter.model is 7 and must be one of: tay2008 joint")));
   EXPECT_EQ(get(config, "filter.model"), "7");
   EXPECT_THROW(Pipeline(config, small_rig()), ConfigError);
@@ -227,8 +227,6 @@ TEST(Arguments, MoreThanAMachineHoldsIsRefused) {
   Rig rig{small_rig()};
   rig.width_px = rig.height_px = 16384;
   config = {};
-  config.matching.method = MatchingMethod::semi_global;
-  EXPECT_THAT(error_text_of<ConfigError>([&] { Pipeline(config, rig); }), HasSubstr("64 GiB"));
   config.matching.disparities = std::numeric_limits<int>::max();
   EXPECT_THAT(error_text_of<ConfigError>([&] { Pipeline(config, rig); }), HasSubstr("matching.disparities"));
 }
