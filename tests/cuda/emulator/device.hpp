@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstring>
 #include <type_traits>
+#include <utility>
 
 // CUDA's keywords, vector types and device functions that kernels use.
 
@@ -13,9 +14,7 @@
 #define __device__
 #define __noinline__  // an attribute of the host compiler has this name
 #define __global__
-#define __forceinline__ inline
 #define __shared__ static
-#define __restrict__ __restrict
 #define __launch_bounds__(...)
 #define __align__(n) alignas(n)
 
@@ -114,33 +113,23 @@ T __shfl_xor_sync(unsigned mask, T value, int lane_mask, int width = warpSize) {
 // Threads change at barriers only: plain arithmetic is atomic.
 template <class T>
 T atomicAdd(T* address, std::type_identity_t<T> value) {
-  const T old{*address};
-  *address = static_cast<T>(old + value);
-  return old;
+  return std::exchange(*address, static_cast<T>(*address + value));
 }
 template <class T>
 T atomicSub(T* address, std::type_identity_t<T> value) {
-  const T old{*address};
-  *address = static_cast<T>(old - value);
-  return old;
+  return std::exchange(*address, static_cast<T>(*address - value));
 }
 template <class T>
 T atomicMin(T* address, std::type_identity_t<T> value) {
-  const T old{*address};
-  *address = value < old ? value : old;
-  return old;
+  return std::exchange(*address, value < *address ? value : *address);
 }
 template <class T>
 T atomicMax(T* address, std::type_identity_t<T> value) {
-  const T old{*address};
-  *address = old < value ? value : old;
-  return old;
+  return std::exchange(*address, *address < value ? value : *address);
 }
 template <class T>
 T atomicOr(T* address, std::type_identity_t<T> value) {
-  const T old{*address};
-  *address = old | value;
-  return old;
+  return std::exchange(*address, *address | value);
 }
 
 inline float __int_as_float(int value) {
@@ -159,10 +148,6 @@ inline int __clz(int bits) {
 inline int __ffs(int bits) {
   return bits == 0 ? 0 : std::countr_zero(static_cast<unsigned>(bits)) + 1;
 }
-template <class T>
-T __ldg(const T* address) {
-  return *address;
-}
 inline unsigned __byte_perm(unsigned x, unsigned y, unsigned selector) {
   const std::uint64_t bytes{static_cast<std::uint64_t>(y) << 32 | x};
   unsigned result{0};
@@ -176,13 +161,6 @@ inline unsigned __byte_perm(unsigned x, unsigned y, unsigned selector) {
 }
 inline unsigned __funnelshift_r(unsigned low, unsigned high, unsigned shift) {
   return static_cast<unsigned>((static_cast<std::uint64_t>(high) << 32 | low) >> (shift & 31U));
-}
-
-/// The smaller of each of two halves.
-inline unsigned __vminu2(unsigned a, unsigned b) {
-  const unsigned low{(a & 0xffffU) < (b & 0xffffU) ? a : b};
-  const unsigned high{a >> 16 < b >> 16 ? a : b};
-  return (low & 0xffffU) | (high & 0xffff0000U);
 }
 
 // As CUDA has them in the global namespace.
