@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Written by scripts/letters.py.
+// Roboto Regular (Apache-2.0): 512 units per em, three straight lines to a curve.
 #include "pictures/canvas.hpp"
 
 namespace stereogrid::app {
