@@ -146,6 +146,7 @@ void RunRecord::resume() {
                   });
   finished_ = take_finished_frames(folder_ / "frames.jsonl");
   check_range();
+  check_grids();
   save(false);
 }
 
@@ -157,6 +158,15 @@ void RunRecord::check_range() const {
   throw ConfigError{
       fmt::format("{} holds frames {} to {}, but this run is of {} to {}. Give --frames that they lie in.",
                   printable_path(folder_ / "frames.jsonl"), first, last, run_.frames.first, run_.frames.end - 1)};
+}
+
+void RunRecord::check_grids() const {
+  for (const FrameSummary& frame : finished_) {
+    const fs::path grids{folder_ / "grids" / (frame.name + ".npz")};
+    if (is_there(grids)) continue;
+    throw InputError{printable_path(grids), "is missing, but frames.jsonl says that its frame is finished.",
+                     "Put it back, or remove the lines from that frame on in frames.jsonl: they are processed again."};
+  }
 }
 
 void RunRecord::add_skipped(SkippedFrame frame) {

@@ -52,6 +52,18 @@ TEST_F(Resume, RefusesOtherSettingsAndNamesThem) {
   EXPECT_THAT(errors_of(64, command(folder / "run", "1:2", "--resume")), HasSubstr("first frame: was 0, is 1"));
 }
 
+TEST_F(Resume, NamesMissingGridsAndProcessesThemAgainOnDemand) {
+  run_well(command(folder / "whole", "0:2"));
+  run_well(command(folder / "run", "0:2"));
+  fs::remove(folder / "run" / "grids" / "000001.npz");
+  EXPECT_THAT(errors_of(65, command(folder / "run", "0:2", "--resume")),
+              AllOf(HasSubstr("000001.npz: is missing"), HasSubstr("remove the lines")));
+  const std::string lines{text_of(folder / "run" / "frames.jsonl")};
+  std::ofstream{folder / "run" / "frames.jsonl"} << lines.substr(0, lines.find('\n') + 1);
+  run_well(command(folder / "run", "0:2", "--resume"));
+  expect_equal_runs(folder / "whole", folder / "run");
+}
+
 TEST_F(Resume, WithoutItAFolderWithARunIsRefused) {
   run_well(command(folder / "run", "0:0"));
   EXPECT_THAT(errors_of(64, command(folder / "run", "0:0")), HasSubstr("--resume"));

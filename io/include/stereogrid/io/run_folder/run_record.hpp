@@ -70,6 +70,7 @@ class STEREOGRID_EXPORT RunRecord {
 
  private:
   void check_range() const;
+  void check_grids() const;
 
   std::filesystem::path folder_;
   RunDescription run_;
