@@ -20,6 +20,9 @@
 
 namespace stereogrid::app {
 
+/// Number of frames after a pair that does not match in which the other image of its instant is searched.
+constexpr std::size_t most_late{5};
+
 /// Number of frames that have something in common, and the first of them.
 struct FrameCount {
   std::size_t frames{0};
@@ -100,8 +103,7 @@ struct PairFault {
 
 /// Finds the fault of a pair that hardly matches: no texture, sides swapped, images of different instants, vertical
 /// misalignment, images rectified twice, upside down, disparities beyond the search range. The text is empty if none of
-/// them is found. `index`: place of the frame in the input, which may lack a source; then its neighbours are not
-/// compared.
+/// them is found. Frames after it are those of the input's source, or else of `frame_at`.
 [[nodiscard]] PairFault fault_of_pair(const TallyContext& context, const StereoFrame& frame);
 
 /// Compares the observed grids of several cameras where their views overlap.

@@ -78,40 +78,41 @@ bool is_clearly_better(double share, double as_it_is, double factor = clearly) {
   return share > match_share_min && share > factor * as_it_is;
 }
 
-std::string fault_of_time(const TallyContext& context, const StereoFrame& frame) {
-  if (!context.input.source) return {};
-  const FrameSource& source{*context.input.source};
-  const double as_it_is{io::coarse_match_share(frame.left, frame.right)};
-  constexpr std::size_t most_late{5};
-  double best{0};
-  std::string text;
-  for (std::size_t by{1}; by <= most_late; ++by) {
-    const auto other{loaded(source, static_cast<std::size_t>(frame.index) + by)};
-    if (!other) continue;
-    const bool is_left_still{other->left == frame.left};
-    if (is_left_still != (other->right == frame.right)) {
-      return fmt::format(
-          "the {} image of {} is the same as that of {}: that camera has stopped, or its images are copies.",
-          is_left_still ? "left" : "right", other->name, frame.name);
-    }
-    const double late{io::coarse_match_share(frame.left, other->right)};
-    const double early{io::coarse_match_share(other->left, frame.right)};
-    if (std::max(late, early) <= best) continue;
-    best = std::max(late, early);
-    text = fmt::format(
-        "the {} images are {} late: this {} image belongs to the {} image of {}. Pair images of the same "
-        "instant.",
-        late > early ? "right" : "left", by == 1 ? "a frame" : fmt::format("{} frames", by),
-        late > early ? "left" : "right", late > early ? "right" : "left", other->name);
-  }
-  return is_clearly_better(best, as_it_is, clearly_in_time) ? text : "";
-}
-
 /// Share of the pair that matches under an explanation, and the explanation; no text: it matches hardly more.
 struct Explanation {
   double share{0};
   std::string text{};
 };
+
+bool is_raw(const io::Recording* recording) {
+  return recording != nullptr && recording->contents().calibration.raw.has_value();
+}
+
+Explanation fault_of_time(const TallyContext& context, const StereoFrame& frame) {
+  const double as_it_is{io::coarse_match_share(frame.left, frame.right)};
+  Explanation best;
+  for (std::size_t by{1}; by <= most_late; ++by) {
+    const std::size_t index{static_cast<std::size_t>(frame.index) + by};
+    const auto other{context.input.source ? loaded(*context.input.source, index) : context.frame_at(index)};
+    if (!other) continue;
+    const bool is_left_still{other->left == frame.left};
+    if (is_left_still != (other->right == frame.right)) {
+      return {1, fmt::format(
+                     "the {} image of {} is the same as that of {}: that camera has stopped, or its images are copies.",
+                     is_left_still ? "left" : "right", other->name, frame.name)};
+    }
+    const double late{io::coarse_match_share(frame.left, other->right)};
+    const double early{io::coarse_match_share(other->left, frame.right)};
+    if (std::max(late, early) <= best.share) continue;
+    best = {
+        std::max(late, early),
+        fmt::format("the {} images are {} late: this {} image belongs to the {} image of {}. Pair images of the same "
+                    "instant.",
+                    late > early ? "right" : "left", by == 1 ? "a frame" : fmt::format("{} frames", by),
+                    late > early ? "left" : "right", late > early ? "right" : "left", other->name)};
+  }
+  return is_clearly_better(best.share, as_it_is, clearly_in_time) ? best : Explanation{};
+}
 
 Explanation shifted_rows(const StereoFrame& frame, double as_it_is) {
   double best{0};
@@ -140,8 +141,10 @@ Grey turned_by_quarter(const Grey& image) {
   return result;
 }
 
-/// Both images turned by 90°, as of a camera on its side.
-Explanation turned_images(const StereoFrame& frame, double as_it_is) {
+/// Both images turned by 90°, as of a camera on its side. A calibration of raw images is refused there; with another
+/// fault of it, disparities match as shifted rows of turned images.
+Explanation turned_images(const StereoFrame& frame, const TallyContext& context, double as_it_is) {
+  if (is_raw(context.input.recording)) return {};
   const Grey left{turned_by_quarter(frame.left)};
   const Grey right{turned_by_quarter(frame.right)};
   const double clockwise{io::coarse_match_share(left, right)};  // turned the other way, left and right are exchanged
@@ -165,17 +168,9 @@ Explanation mirrored_image(const StereoFrame& frame, double as_it_is) {
                             of_left > of_right ? "left" : "right")};
 }
 
-/// The best one: shifted rows are shifted columns of turned images.
-std::string fault_of_rows(const StereoFrame& frame, double as_it_is) {
-  return std::ranges::max(
-             {shifted_rows(frame, as_it_is), turned_images(frame, as_it_is), mirrored_image(frame, as_it_is)}, {},
-             &Explanation::share)
-      .text;
-}
-
 /// Tests whether the images of a raw pair match without rectification.
 std::string fault_of_rectification(const io::Recording* recording, std::size_t index, double as_it_is) {
-  if (recording == nullptr || !recording->contents().calibration.raw) return {};
+  if (!is_raw(recording)) return {};
   const StereoFrame frame{recording->load_unrectified(index)};
   const double share{io::coarse_match_share(frame.left, frame.right)};
   if (!is_clearly_better(share, as_it_is)) return {};
@@ -253,7 +248,7 @@ std::optional<std::string> fault_of_shift(const StereoFrame& frame, const TallyC
   const auto problem{io::finding_if_shifted(frame, context.source_rig)};
   if (!problem) return std::nullopt;
   if (const auto other{fault_if_upside_down(frame, context)}) return other;
-  if (std::string late{fault_of_time(context, frame)}; !late.empty()) return late;  // motion shifts the images
+  if (std::string late{fault_of_time(context, frame).text}; !late.empty()) return late;  // motion shifts the images
   const auto misaligned{fault_of_residual(frame)};
   return misaligned ? misaligned : problem;
 }
@@ -328,14 +323,19 @@ PairFault fault_of_pair(const TallyContext& context, const StereoFrame& frame) {
   }
   if (const auto fault{fault_if_upside_down(frame, context)}) return {*fault};
   if (const auto problem{io::finding_if_swapped(frame)}) return {*problem, true};
-  if (const std::string late{fault_of_time(context, frame)}; !late.empty()) return {late};
+  const double as_it_is{io::coarse_match_share(frame.left, frame.right)};
+  const Explanation shifted{shifted_rows(frame, as_it_is)};  // motion shifts rows, too
+  if (const Explanation late{fault_of_time(context, frame)}; late.share > shifted.share) return {late.text};
   if (io::negative_disparity_px(frame)) {
     return {fault_of_residual(frame).value_or(
         "the right image is shifted: its farthest points have negative disparities.")};
   }
-  const double as_it_is{io::coarse_match_share(frame.left, frame.right)};
   std::string fault{fault_of_rectification(context.input.recording, static_cast<std::size_t>(frame.index), as_it_is)};
-  if (fault.empty()) fault = fault_of_rows(frame, as_it_is);
+  if (fault.empty()) {  // the best one: shifted rows are shifted columns of turned images
+    fault = std::ranges::max({shifted, turned_images(frame, context, as_it_is), mirrored_image(frame, as_it_is)}, {},
+                             &Explanation::share)
+                .text;
+  }
   if (fault.empty()) fault = fault_of_range(frame, context);
   if (fault.empty()) fault = fault_of_residual(frame).value_or("");
   return {fault};

@@ -186,16 +186,18 @@ class LiveLoop final : private capture::FrameHandler {
     ++refused_;
   }
 
-  // The first frames that are examined in the end are kept.
+  // The first frames that are examined in the end are kept, and those that may have the other image of a pair.
   void count(const capture::PreparedFrame& placed, const FrameResult& result) {
     const StereoFrame& frame{placed.frame};
     tally_.add(io::summary_of(frame, result));
     places_.add(result);
     const auto index{static_cast<std::size_t>(frame.index)};
-    const auto is_first = [index](const FrameCount& poor) { return poor.frames == 1 && poor.first.index == index; };
-    if (is_first(tally_.with(FrameStatus::few_matches)) || is_first(tally_.without_road)) {
-      poor_frames_.emplace(index, frame).first->second.index = static_cast<std::int64_t>(placed.recorded);
-    }
+    const auto since = [index](const FrameCount& poor) {
+      return poor.frames > 0 ? index - poor.first.index : most_late + 1;
+    };
+    if (since(tally_.with(FrameStatus::few_matches)) > most_late && since(tally_.without_road) != 0) return;
+    StereoFrame& kept{poor_frames_.emplace(index, frame).first->second};
+    if (input_.recording.source) kept.index = static_cast<std::int64_t>(placed.recorded);
   }
 
   void send(const capture::PreparedFrame& placed, const FrameResult& result) {

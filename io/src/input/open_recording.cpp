@@ -70,7 +70,11 @@ void note_calibration(RecordingContents& contents, const fs::path& source) {
                     "assumed",
                     rig.camera_height_m, rig.camera_pitch_rad));
   }
-  std::vector<std::string> warnings{oddities(contents.calibration.rig)};
+  Rig rig{contents.calibration.rig};
+  if (const auto& raw{contents.calibration.raw}) {  // as it is in the file: the rectified pair has another one
+    rig.focal_px = std::min(raw->left.focal_u_px, raw->right.focal_u_px);
+  }
+  std::vector<std::string> warnings{oddities(rig)};
   std::ranges::copy(contents.calibration.warnings, std::back_inserter(warnings));
   for (const std::string& warning : warnings) contents.warnings.push_back(printable_path(source) + ": " + warning);
 }

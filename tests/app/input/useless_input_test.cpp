@@ -108,6 +108,21 @@ TEST_F(UselessInput, InfoNoticesImagesTurnedByAQuarter) {
   expect_useless(input, "turned by 90°: they match when both are turned counterclockwise");
 }
 
+TEST_F(UselessInput, InfoTakesNoWrongRotationOfARawPairForTurnedImages) {
+  const fs::path input{drive(folder, 2)};
+  const std::string camera{": {focal_u_px: 256.25, focal_v_px: 256.25, cx_px: 160, cy_px: 100}\n"};
+  std::ofstream{input / "calibration.yaml"}
+      << "left" << camera << "right" << camera
+      << "right_from_left: {rotation: [0, 0, 0.05], translation_m: [-0.22, 0, 0]}\n";
+  replace_pairs(input, [](Grey&, Grey& right) {
+    const Grey usual{right};
+    for (int v{0}; v < right.height(); ++v) {
+      for (int u{0}; u < right.width(); ++u) right(u, v) = usual(u, std::clamp(v - 20 + (u - 160) / 20, 0, 199));
+    }
+  });
+  EXPECT_THAT(run_tool({"info", input}).output, AllOf(HasSubstr("hardly match"), Not(HasSubstr("turned by 90°"))));
+}
+
 /// One of ROS's files; the right camera is turned by 3°, so that rectification moves rows.
 std::string ros_file(bool is_left) {
   const std::string camera{"256.25, 0, 160"};
