@@ -69,8 +69,9 @@ export class ObstacleTable {
 
   #fill(row, { id, kind, ahead, left, velocity, size, score }) {
     row.dataset.id = id;
-    const speed = kind === 'moving' ? Math.hypot(velocity.x, velocity.y).toFixed(1) : '–';
-    const texts = [id, kindNames[kind], ahead.toFixed(1), left.toFixed(1), speed, `${(100 * score).toFixed(0)} %`];
+    const speed = Math.hypot(velocity.x, velocity.y); // 0 until motion is certain
+    const name = kindNames[kind];
+    const texts = [id, name === 'standing' && speed > 0 ? 'slow' : name, ahead.toFixed(1), left.toFixed(1), speed > 0 ? speed.toFixed(1) : '–', `${(100 * score).toFixed(0)} %`];
     texts.forEach((text, i) => { row.cells[i].textContent = text; });
     row.cells[1].className = `kind ${kind}`;
     row.title = `box ${size.x.toFixed(1)} × ${size.y.toFixed(1)} m, ${size.z.toFixed(1)} m high`;

@@ -256,7 +256,7 @@ async function checkTools(page) {
 async function checkObstacles(page) {
   const rows = page.locator("#obstacles tbody tr");
   assert.ok(await rows.count() > 1);
-  assert.match((await rows.first().innerText()).replace(/\s+/g, " "), /^\d+ (moving|standing|boundary) -?\d/);
+  assert.match((await rows.first().innerText()).replace(/\s+/g, " "), /^\d+ (moving|slow|standing|boundary) -?\d/);
   await page.mouse.move(5, 5);
   await page.waitForTimeout(300);
   const before = [(await look(page)).digest, (await look(page, ".large canvas")).digest];
