@@ -194,7 +194,7 @@ STEREOGRID_HD inline void Walk::meet_gap(int row, float z) {
 
 STEREOGRID_HD inline bool Walk::meet_trench() {
   const std::optional<Trench>& trench{walk_.trench};
-  if (!trench || ring_ != ring_at(trench->edge_x) || !(trench->is_sure || view_.is_checked())) return false;
+  if (!trench || ring_ != ring_at(trench->edge_x) || !view_.is_checked()) return false;
   const int wall{std::max(ring_at(trench->wall_x), ring_)};
   end_at(GapKind::drop, view_.begin_m, wall, wall, trench->fall_m);
   return true;
