@@ -46,18 +46,11 @@ class HeightMemory {
   }
   /// Clears the mean.
   void clear(int ix, int iy) { cells_(ix, iy) = {0, 0, cells_(ix, iy).tall}; }
-  /// Lets a frame pass for bars in view: is_in_view(ix, iy).
-  template <class IsInView>
-  void pass_bars(const IsInView& is_in_view) {
-    const int width{cells_.width()};
-    for (int iy{0}; iy < cells_.height(); ++iy) {
-      Cell* const row{cells_.row(iy)};
-      for (int ix{0}; ix < width; ++ix)
-        if (row[ix].tall != 0 && is_in_view(ix, iy)) row[ix].tall = row[ix].tall << 1 & bar_frames;
-    }
+  /// Adds whether a frame that sees the cell has seen something tall.
+  void add_tall(int ix, int iy, bool is_tall) {
+    std::uint32_t& tall{cells_(ix, iy).tall};
+    tall = (tall << 1 | (is_tall ? 1 : 0)) & bar_frames;
   }
-  /// After pass_bars(): the frame has seen something tall.
-  void add_tall(int ix, int iy) { cells_(ix, iy).tall |= 1; }
   [[nodiscard]] bool has_tall(int ix, int iy) const { return cells_(ix, iy).tall != 0; }
   /// No bar: rays show something.
   void clear_tall(int ix, int iy) { cells_(ix, iy).tall = 0; }
@@ -97,7 +90,7 @@ class HeightMemory {
   static constexpr float prior_weight{0.1f};     ///< weight of level ground before any frame
   static constexpr float height_sigma{0.24f};    ///< noise of a height with weight 1
 
-  static constexpr std::uint32_t bar_frames{0xff};  ///< the last eight frames with the cell in view
+  static constexpr std::uint32_t bar_frames{0xff};  ///< the last eight frames that see the cell
   static constexpr int bar_sightings{3};            ///< as many of them show a bar; two are often wrong matches
 
   struct Cell {

@@ -55,13 +55,9 @@ TEST(Terrain, DeviationGrowsWithTheNoiseOfTheFrame) {
 
 TEST(HeightMemory, ABarIsSeenInThreeOfEightFrames) {
   HeightMemory memory{3};
-  bool is_in_view{true};
   const auto bars_after = [&](std::initializer_list<bool> frames) {
     int bars{0};
-    for (const bool is_tall : frames) {
-      memory.pass_bars([&](int, int) { return is_in_view; });
-      if (is_tall) memory.add_tall(1, 2);
-    }
+    for (const bool is_tall : frames) memory.add_tall(1, 2, is_tall);
     memory.for_obstacles([&](int ix, int iy, const HeightMemory::Mean& mean) {
       ++bars;
       EXPECT_EQ(ix, 1);
@@ -75,9 +71,6 @@ TEST(HeightMemory, ABarIsSeenInThreeOfEightFrames) {
   memory.add(1, 2, 0, 1, HeightMemory::samples_enough);  // ground below it
   memory.clear(1, 2);                                    // beside something tall
   EXPECT_EQ(bars_after({}), 1);
-  is_in_view = false;
-  EXPECT_EQ(bars_after({false, false, false}), 1);
-  is_in_view = true;
   EXPECT_EQ(bars_after({false}), 0) << "the first one was nine frames ago";
   EXPECT_EQ(bars_after({true}), 1);
   memory.clear_tall(1, 2);
@@ -123,31 +116,6 @@ TEST(CellRules, BoundTheObservedOccupancy) {
     expect(rule, 0.1f, 0.7f);
     expect(rule, 0.9f, 0.9f);
   }
-}
-
-// A bar below the image is not in view.
-TEST(Terrain, LowObstaclesAreInViewFromTheLowestRowToTheLastSamples) {
-  const Vehicle vehicle{car()};
-  const Rig& rig{vehicle.rig};
-  const Window window{vehicle.grid};
-  const GridGeometry cells{window.at({})};
-  Ground ground;
-  ground.height_m = rig.camera_height_m;
-  constexpr float checked_m{6};
-  LowModel model{rig, vehicle.limits, cells.cell_size_m, window.cells(), 9, 64};
-  model.begin(TerrainCamera{rig, ground}, grid_in_vehicle(cells, {}), checked_m);
-  const double nearest_m{rig.camera_height_m * rig.focal_px / (rig.height_px - 1 - rig.cy_px)};
-  int seen{0};
-  for (int iy{0}; iy < cells.ny; ++iy) {
-    for (int ix{0}; ix < cells.nx; ++ix) {
-      const Point2 at{cells.centre(ix, iy)};
-      const double u{rig.cx_px - rig.focal_px * at.y / at.x};
-      const bool is_seen{at.x >= nearest_m && at.x < checked_m && u >= 0 && u < rig.width_px};
-      EXPECT_EQ(model.is_in_view(ix, iy), is_seen) << at.x << ' ' << at.y;
-      seen += is_seen ? 1 : 0;
-    }
-  }
-  EXPECT_GT(seen, 100);
 }
 
 /// The stage of frames with a height field ahead.
