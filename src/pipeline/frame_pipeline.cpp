@@ -84,12 +84,13 @@ std::span<const NewExtrinsics> FramePipeline::process(const FrameSet& frame, Fra
   // again from the state before the frame
   if (std::ranges::any_of(now_, [](const CameraFrame& now) { return !now.is_usable(); })) filter(grids, true, result);
   find_terrains();
-  cpu_.together(
-      [&] {
-        if (FrameTerrain* const common{at(0).terrain()}) common->remember_elevation(terrains_, result);
-        for_cameras([](CameraPipeline& camera, CameraFrame& now) { camera.find_segments(now); });
-      },
-      [&] { publish(grids, result); });
+  const auto find_segments = [this] {
+    for_cameras([](CameraPipeline& camera, CameraFrame& now) { camera.find_segments(now); });
+  };
+  const auto remember_elevation = [&] {
+    if (FrameTerrain* const common{at(0).terrain()}) common->remember_elevation(terrains_, result);
+  };
+  cpu_.together([&] { cpu_.together(remember_elevation, find_segments); }, [&] { publish(grids, result); });
 
   new_extrinsics_.clear();
   for (CameraFrame& now : now_) {
@@ -237,8 +238,9 @@ FinalStep FramePipeline::final_step(const FrameSet& frame, FrameResult& result) 
   FrameTerrain* const common{at(0).terrain()};
   if (common == nullptr) return step;
   const auto claims_free = [&frame](Point2 at) { return claimed(frame.other_grids, at) < 0.5; };
-  step.bounds = common->find_bounds(terrains_, at(0).stages().filtered(result),
-                                    frame.other_grids.empty() ? std::function<bool(Point2)>{} : claims_free, result);
+  common->find_bounds(terrains_, frame.other_grids.empty() ? std::function<bool(Point2)>{} : claims_free,
+                      ranges_of(cpu_), result);
+  step.bounds = common->add_hazards(terrains_, at(0).stages().filtered(result));
   return step;
 }
 

@@ -165,23 +165,15 @@ void FrameTerrain::merge(std::span<const FrameTerrain* const> seen) {
   }
 }
 
-GridBounds<Host> FrameTerrain::find_bounds(std::span<const FrameTerrain* const> seen, View<const float> filtered,
-                                           const std::function<bool(Point2)>& claims_free, FrameResult& result) {
+void FrameTerrain::bound_cells(std::span<const FrameTerrain* const> seen,
+                               const std::function<bool(Point2)>& claims_free, FrameResult& result) {
   const bool is_usable{!seen.empty()};
-  if (is_usable) {
-    merge(seen);
-    for (const FrameTerrain* const one : seen) low_obstacles_.remember(one->low_obstacles_, filtered);
-    drop_witnesses();
-    drop_unconfirmed(seen);
-  }
   find_witnesses(is_usable, claims_free, result);
   if (is_usable) see_ground(seen);
   if (claims_free) see_claims(is_usable, claims_free);
   std::ranges::transform(vehicle_rules_, vehicle_bounds_.begin(),
                          [is_usable](CellRule rule) { return is_usable ? bound_of(rule) : std::uint8_t{0}; });
   witness_.bound(window_bounds_);
-  add_hazards(seen);
-  return {std::as_const(vehicle_bounds_).view(), std::as_const(window_bounds_).view()};
 }
 
 void FrameTerrain::remember_elevation(std::span<const FrameTerrain* const> seen, FrameResult& result) {
@@ -218,23 +210,23 @@ void FrameTerrain::limit_speed(bool is_usable, double since_s, FrameResult& resu
 }
 
 // Cells without ground keep their edge. Hidden cells do not: some of them are seen to be ground from nearer by.
-void FrameTerrain::drop_witnesses() {
-  for (int iy{0}; iy < window_rules_.height(); ++iy) {
-    for_cells(window_rules_.row(iy), window_rules_.width(), [&](int begin, int end, CellRule rule) {
+void FrameTerrain::drop_witnesses(int begin, int end) {
+  for (int iy{begin}; iy < end; ++iy) {
+    for_cells(window_rules_.row(iy), window_rules_.width(), [&](int first, int last, CellRule rule) {
       if (rule == CellRule::ground_not_seen) return;
-      if (rule == CellRule::as_observed) return witness_.drop_edges(iy, begin, end);
-      rule == CellRule::edge ? witness_.see_edge(iy, begin, end) : witness_.drop(iy, begin, end);
+      if (rule == CellRule::as_observed) return witness_.drop_edges(iy, first, last);
+      rule == CellRule::edge ? witness_.see_edge(iy, first, last) : witness_.drop(iy, first, last);
     });
   }
 }
 
 // From afar the matcher's window smears ground over a pit without texture. A frame that is nearer by a cell and that
 // would see ground there, but does not, ends the memory of it.
-void FrameTerrain::drop_unconfirmed(std::span<const FrameTerrain* const> seen) {
+void FrameTerrain::drop_unconfirmed(std::span<const FrameTerrain* const> seen, int begin, int end) {
   const auto cell_m = static_cast<float>(place_.window.cell_size_m);
-  for (int iy{0}; iy < window_rules_.height(); ++iy) {
+  for (int iy{begin}; iy < end; ++iy) {
     for (int ix{0}; ix < window_rules_.width(); ++ix) {
-      if (!witness_.has(ix, iy) || window_rules_(ix, iy) != CellRule::ground_not_seen ||
+      if (window_rules_(ix, iy) != CellRule::ground_not_seen || !witness_.has(ix, iy) ||
           distance_to(ix, iy) + cell_m > witness_.from_m(ix, iy))
         continue;
       if (std::ranges::any_of(seen, [&](const FrameTerrain* one) {
@@ -311,7 +303,8 @@ void FrameTerrain::find_witnesses(bool is_usable, const std::function<bool(Point
 
 // Edges and low obstacles are few: each one bounds its cell and the cells of the vehicle's grid whose centres lie in
 // it.
-void FrameTerrain::add_hazards(std::span<const FrameTerrain* const> seen) {
+GridBounds<Host> FrameTerrain::add_hazards(std::span<const FrameTerrain* const> seen, View<const float> filtered) {
+  for (const FrameTerrain* const one : seen) low_obstacles_.remember(one->low_obstacles_, filtered);
   const CellsWithin cells{vehicle_grid_, place_.window_cells};
   const auto add = [&](int x, int y) {
     window_bounds_(x, y) |= bound_hazard;
@@ -326,6 +319,7 @@ void FrameTerrain::add_hazards(std::span<const FrameTerrain* const> seen) {
   });
   const auto place_of = [](const LowObstacleCell& cell) { return std::pair{cell.iy, cell.ix}; };
   const auto see = [&](int x, int y) {
+    if ((window_bounds_(x, y) & bound_hazard) == 0) return;
     const auto at{std::ranges::lower_bound(low_cells_, std::pair{y, x}, {}, place_of)};
     if (at != low_cells_.end() && at->ix == x && at->iy == y) at->is_seen = true;
   };
@@ -333,6 +327,7 @@ void FrameTerrain::add_hazards(std::span<const FrameTerrain* const> seen) {
     one->low_obstacles_.for_high(add);
     one->low_obstacles_.for_seen(see);
   }
+  return {std::as_const(vehicle_bounds_).view(), std::as_const(window_bounds_).view()};
 }
 
 void FrameTerrain::clear(FrameResult& result) {

@@ -84,17 +84,29 @@ class FrameTerrain {
 
   /// Edges of the last find(), from left to right.
   [[nodiscard]] std::span<const EdgePoint> edges() const { return edges_; }
-  /// Cells of sure low obstacles after the last find_bounds(), by rows. The caller may sort them.
+  /// Cells of sure low obstacles after the last add_hazards(), by rows. The caller may sort them.
   [[nodiscard]] std::span<LowObstacleCell> low_cells() { return low_cells_; }
-  /// Bounds of the filtered occupancy, valid until the next call: where the last find() has seen edges, obstacles, or
-  /// nothing behind an edge, where a frame before has seen an edge and none since ground, or several have seen a low
-  /// obstacle, and where cells below ½ have no witness. Sets the witnesses of free cells, see bound_cell().
+  /// Bounds of the filtered occupancy but for hazards: where the last find() has seen nothing behind an edge, and where
+  /// cells below ½ have no witness. Sets the witnesses of free cells, see bound_cell().
   /// `seen`: terrains whose last find() counts, of this camera and others; empty: none.
-  /// `filtered`: occupancy of the window without bounds. `claims_free`: whether another source has seen a place of the
-  /// vehicle frame as free; empty: there is none.
-  GridBounds<Host> find_bounds(std::span<const FrameTerrain* const> seen, View<const float> filtered,
-                               const std::function<bool(Point2)>& claims_free, FrameResult& result);
-  /// Adds the elevations of the frame, and sets those over time. May run beside find_bounds().
+  /// `claims_free`: whether another source has seen a place of the vehicle frame as free; empty: there is none.
+  template <class ForRanges>
+  void find_bounds(std::span<const FrameTerrain* const> seen, const std::function<bool(Point2)>& claims_free,
+                   const ForRanges& for_ranges, FrameResult& result) {
+    if (!seen.empty()) {
+      merge(seen);
+      for_ranges(place_.window.ny, [&](int begin, int end) {
+        drop_witnesses(begin, end);
+        drop_unconfirmed(seen, begin, end);
+      });
+    }
+    bound_cells(seen, claims_free, result);
+  }
+  /// After find_bounds(): adds edges and low obstacles that the last find() has seen, edges that a frame before has
+  /// seen and none since ground, and low obstacles that several have seen. `filtered`: occupancy of the window without
+  /// bounds. Returns the bounds, valid until the next find_bounds().
+  GridBounds<Host> add_hazards(std::span<const FrameTerrain* const> seen, View<const float> filtered);
+  /// Adds the elevations of the frame, and sets those over time. May run beside both.
   void remember_elevation(std::span<const FrameTerrain* const> seen, FrameResult& result);
   /// When the grids are final: sets the classes over time.
   void classify(FrameResult& result) const;
@@ -127,9 +139,10 @@ class FrameTerrain {
   void clear_window(int begin, int end);
   void write_window(int ix, int iy, const CellGround& ground);
   void merge(std::span<const FrameTerrain* const> seen);
-  void add_hazards(std::span<const FrameTerrain* const> seen);
-  void drop_witnesses();
-  void drop_unconfirmed(std::span<const FrameTerrain* const> seen);
+  void drop_witnesses(int begin, int end);
+  void drop_unconfirmed(std::span<const FrameTerrain* const> seen, int begin, int end);
+  void bound_cells(std::span<const FrameTerrain* const> seen, const std::function<bool(Point2)>& claims_free,
+                   FrameResult& result);
   [[nodiscard]] float distance_to(int ix, int iy) const;
   void see_ground(std::span<const FrameTerrain* const> seen);
   void see_claims(bool is_usable, const std::function<bool(Point2)>& claims_free);

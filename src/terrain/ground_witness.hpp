@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <span>
 
 #include "geometry/window.hpp"
 #include "memory_bytes.hpp"
@@ -62,6 +63,8 @@ class GroundWitness {
   template <class Work>
   void for_edges(const Work& work) const {
     for (int iy{0}; iy < left_s_.height(); ++iy) {
+      const std::span row{left_s_.row(iy), static_cast<std::size_t>(left_s_.width())};
+      if (std::ranges::count_if(row, [](float left_s) { return left_s < 0; }) == 0) continue;  // in vectors
       for (int ix{0}; ix < left_s_.width(); ++ix)
         if (is_edge(ix, iy)) work(ix, iy);
     }

@@ -64,8 +64,8 @@ class HeightMemory {
     for (int iy{0}; iy < cells_.height(); ++iy) {
       for (int ix{0}; ix < cells_.width(); ++ix) {
         const Cell& cell{cells_(ix, iy)};
-        if (cell.weight == 0 && cell.tall == 0) continue;
         const float weight{cell.weight + prior_weight};
+        if (cell.weighted <= obstacle_height * weight && cell.tall == 0) continue;
         const float height{cell.weighted / weight};
         const float sigma{height_sigma / std::sqrt(weight)};
         if (height > obstacle_height + obstacle_sigmas * sigma)

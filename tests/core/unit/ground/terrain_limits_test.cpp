@@ -131,11 +131,11 @@ struct FrameOf {
     result.world_terrain = Image<TerrainClass>{cells, cells};
     see(disparity_of(vehicle.rig, height));
   }
+  static constexpr auto in_order = [](int count, const auto& work) { work(0, count); };
   void see(const Image<float>& disparity, double dt_s = 0.1) {
     Ground ground;
     ground.height_m = vehicle.rig.camera_height_m;
     const Image<float> none{vehicle.rig.width_px, vehicle.rig.height_px};
-    const auto in_order = [](int count, const auto& work) { work(0, count); };
     const GridGeometry cells{window.at(pose)};
     const GridInVehicle window_cells{grid_in_vehicle(cells, inverse(pose))};
     terrain.move({cells, window_cells, pose, dt_s, grid_in_vehicle(vehicle.grid, {}), window_cells});
@@ -153,7 +153,8 @@ struct FrameOf {
     result.observed.fill(0);
     const std::array<const FrameTerrain*, 1> all{&terrain};
     const std::span seen{std::span{all}.first(is_usable ? 1 : 0)};
-    bound_grids(terrain.find_bounds(seen, std::as_const(result.world.occupancy).view(), claims_free, result), result);
+    terrain.find_bounds(seen, claims_free, in_order, result);
+    bound_grids(terrain.add_hazards(seen, std::as_const(result.world.occupancy).view()), result);
     terrain.remember_elevation(seen, result);
     terrain.classify(result);
     float highest{0};
