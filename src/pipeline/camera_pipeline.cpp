@@ -41,8 +41,8 @@ void CameraPipeline::begin(CameraFrame& now) {
 void CameraPipeline::look(CameraFrame& now) {
   const LevelFrame& frame{now.frame};
   if (state_.is_first) align_first(now);
-  const GroundFit first{stages_->both(
-      cpu_, [&] { track_features(now); }, [&] { return fit_ground(now); })};
+  GroundFit first;
+  cpu_.together([&] { track_features(now); }, [&] { first = fit_ground(now); });
   state_.near.compare(matched(frame), now.expected, frame.world_from_camera, now.grids.window);
   now.ground = rematch(now, first);
   now.rules = find_terrain(now);

@@ -74,12 +74,9 @@ std::span<const NewExtrinsics> FramePipeline::process(const FrameSet& frame, Fra
   if (frame.restarts) reset();
   const FrameGrids grids{grids_of(frame, frame.world_from_vehicle)};
   look(frame, result);
-  at(0).stages().both(
-      cpu_, [&] { filter(grids, false, result); },
-      [&] {
-        for_cameras([](CameraPipeline& camera, CameraFrame& now) { now.rejection = camera.check(now); });
-        return true;
-      });
+  cpu_.together(
+      [&] { filter(grids, false, result); },
+      [&] { for_cameras([](CameraPipeline& camera, CameraFrame& now) { now.rejection = camera.check(now); }); });
   for (CameraFrame& now : now_) of(now).settle(now, now.rejection);
   // again from the state before the frame
   if (std::ranges::any_of(now_, [](const CameraFrame& now) { return !now.is_usable(); })) filter(grids, true, result);

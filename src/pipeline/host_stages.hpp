@@ -28,7 +28,7 @@ class HostStages final : public Stages {
  public:
   /// `cpu`: threads of what every back end does alike. Both must outlive the stages.
   HostStages(const Config& config, const Rig& level_rig, Cpu& cpu, const StagesOptions& options, BackEndType& back_end)
-      : Stages{options.mask, false},
+      : Stages{options.mask},
         config_{config},
         rig_{level_rig},
         options_{options},

@@ -5,7 +5,6 @@
 #include <functional>
 #include <memory>
 #include <span>
-#include <type_traits>
 #include <utility>
 #include <variant>
 
@@ -147,8 +146,7 @@ using StateArchive = std::variant<StateWriter*, StateReader*>;
 /// valid until publish().
 class Stages {
  public:
-  /// `is_asynchronous`: calls enqueue and return.
-  Stages(PixelMask mask, bool is_asynchronous) : mask_{std::move(mask)}, is_asynchronous_{is_asynchronous} {}
+  explicit Stages(PixelMask mask) : mask_{std::move(mask)} {}
   Stages(const Stages&) = delete;
   Stages& operator=(const Stages&) = delete;
   virtual ~Stages() = default;
@@ -168,7 +166,8 @@ class Stages {
   /// Walk, relief, cells and rules of the ground, after FrameTerrain::set_noise(), and low obstacles. A device works on
   /// it, and keeps what observe() needs, while the host continues.
   virtual void find_ground(FrameTerrain& terrain, FrameResult& result) = 0;
-  /// Waits for it: they are set, in the terrain and in the result.
+  /// Waits for it: they are set, in the terrain and in the result. Another thread than that of observe() and filter()
+  /// may call this.
   virtual void finish_ground(FrameTerrain& terrain, FrameResult& result) = 0;
   /// Occupancy of the vehicle's grid and of the window (IV, V-A) by this camera.
   virtual void observe(const FrameGrids& grids, const Evidence& evidence, FrameResult& result) = 0;
@@ -200,18 +199,6 @@ class Stages {
   /// Replaces the pixels without disparities, before match(). Nothing of a frame may be in work.
   virtual void set_mask(PixelMask mask) { mask_ = std::move(mask); }
 
-  /// Runs host work while the stages work: on the CPU on other threads, on a device after the calls have been enqueued.
-  /// Returns the result of the host work.
-  template <class Threads, class StageCalls, class HostWork>
-  auto both(Threads& cpu, const StageCalls& stage_calls, const HostWork& host_work) const {
-    if (is_asynchronous_) {
-      stage_calls();
-      return host_work();
-    }
-    std::invoke_result_t<HostWork> made{};
-    cpu.together(stage_calls, [&] { made = host_work(); });
-    return made;
-  }
   [[nodiscard]] const PixelMask& mask() const { return mask_; }
   [[nodiscard]] MemoryUse memory_use() const { return memory_; }
 
@@ -223,7 +210,6 @@ class Stages {
 
  private:
   PixelMask mask_;
-  bool is_asynchronous_;
   MemoryUse memory_;
 };
 

@@ -23,7 +23,7 @@ void put(View<const T> image, int begin, int end, T* pinned) {
 }  // namespace
 
 CudaStages::CudaStages(const Config& config, const Rig& level_rig, int device, const StagesOptions& options)
-    : Stages{options.mask, true},
+    : Stages{options.mask},
       config_{config},
       rig_{level_rig},
       cuda_{device},
@@ -146,6 +146,7 @@ void CudaStages::match(const LevelFrame& frame, const FrameGrids& grids, const R
 }
 
 const Matches& CudaStages::read() {
+  const std::scoped_lock lock{reading_};
   cuda_.use();
   times_.wait_for(StreamTimes::answered);
   if (!is_lattice_taken_) scatter_lattice();

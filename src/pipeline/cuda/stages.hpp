@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <mutex>
 #include <span>
 #include <vector>
 
@@ -99,6 +100,7 @@ class CudaStages final : public Stages {
   bool is_one_of_several_{false};  ///< its observed grid is fused with those of other cameras
   bool is_at_work_{false};         ///< since the last synchronize()
   bool is_filtering_{false};       ///< likewise: filter()
+  std::mutex reading_;
   bool is_lattice_taken_{false};
 
   // between frames
