@@ -177,6 +177,7 @@ class StreamTimes {
     matched,
     answered,
     measured,
+    beside,
     grounded,
     resumed,
     counted,
@@ -189,7 +190,7 @@ class StreamTimes {
     finishing,
     finished
   };
-  static constexpr int marks{17};
+  static constexpr int marks{18};
 
   StreamTimes();
   StreamTimes(const StreamTimes&) = delete;

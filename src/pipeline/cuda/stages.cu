@@ -27,6 +27,7 @@ CudaStages::CudaStages(const Config& config, const Rig& level_rig, int device, c
       config_{config},
       rig_{level_rig},
       cuda_{device},
+      beside_{device},
       options_{options},
       sizes_{vehicle_grid_of(config.grid), options.filters},
       filter_tables_{config.filter},
@@ -39,11 +40,12 @@ CudaStages::CudaStages(const Config& config, const Rig& level_rig, int device, c
       matches_{rig_.width_px, rig_.height_px} {
   set_memory_use({sizeof *this + held_.pinned + memory_bytes_of(filter_tables_, matches_), held_.device});
   load_mask();
-  cuda_.load([this] { load_kernels(); });
+  cuda_.load([this] { beside_.load([this] { load_kernels(); }); });
 }
 
 // An exception may have ended a frame whose work the device has not finished.
 CudaStages::~CudaStages() {
+  cudaStreamSynchronize(beside_.stream());
   cudaStreamSynchronize(cuda_.stream());
 }
 
@@ -140,7 +142,7 @@ void CudaStages::match(const LevelFrame& frame, const FrameGrids& grids, const R
   on_device.plane = road_plane(rig_, ground.plane);
   on_device.ground = ground.plane;
   on_device.rows = {rows.offsets(), rows.is_identity() ? 1 : 0};
-  perform(match_graphs_[is_external_ ? 1 : 0], [this] { enqueue_match(); });
+  perform(cuda_, match_graphs_[is_external_ ? 1 : 0], [this] { enqueue_match(); });
   times_.mark(cuda_, StreamTimes::answered);
   is_lattice_taken_ = false;
 }
@@ -166,13 +168,14 @@ const float* CudaStages::begin_walk(const WalkFrame& frame) {
 void CudaStages::begin_low_obstacles(const LowModel& model, std::span<const float> noise_px) {
   cuda_.use();
   low_obstacles_.put(model, noise_px);
-  perform(low_obstacles_graph_, [this] { find_low_obstacles(); });
+  perform(beside_, low_obstacles_graph_, [this] { find_low_obstacles(); });
+  join();
 }
 
 void CudaStages::find_ground(FrameTerrain& terrain, FrameResult&) {
   cuda_.use();
   ground_.put(terrain.ground_frame(), device_.terrain.frame.rings, device_.terrain.walked);
-  perform(ground_graph_, [this] { find_ground(); });
+  perform(cuda_, ground_graph_, [this] { find_ground(); });
   times_.mark(cuda_, StreamTimes::grounded);
 }
 
@@ -200,7 +203,7 @@ void CudaStages::observe(const FrameGrids&, const Evidence& evidence, FrameResul
     *host_.blur_px.data() = evidence.blur_px;
   }
   has_observed_ = true;
-  perform(observe_graphs_[evidence.is_usable ? 1 : 0], [&] { enqueue_observation(evidence.is_usable); });
+  perform(cuda_, observe_graphs_[evidence.is_usable ? 1 : 0], [&] { enqueue_observation(evidence.is_usable); });
   times_.mark(cuda_, StreamTimes::observed);
 }
 
@@ -247,16 +250,22 @@ void CudaStages::filter(const FrameGrids& grids, const FilterEvidence& evidence,
   *host_.evidence_count.data() = static_cast<int>(evidence.velocities.size());
   if (grids.is_first) reset(cuda_, device_.filter, &device_.set.data()->motion, device_.states[1 - now_]);
   const bool has_others{!grids.frame.other_grids.empty()};
-  perform(filter_graphs_[has_others ? 1 : 0][now_], [this, has_others] { enqueue_filter(has_others); });
+  perform(cuda_, filter_graphs_[has_others ? 1 : 0][now_], [this, has_others] { enqueue_filter(has_others); });
 }
 
 // The first time without a graph: what the driver prepares at a kernel's first launch does not belong into a recording.
 template <class Work>
-void CudaStages::perform(Graph& graph, const Work& work) {
+void CudaStages::perform(Cuda& cuda, Graph& graph, const Work& work) {
   is_at_work_ = true;
-  if (has_graphs_ && !graph.empty()) return graph.launch(cuda_);
+  if (has_graphs_ && !graph.empty()) return graph.launch(cuda);
   work();
-  if (has_graphs_) graph.capture(cuda_, work);
+  if (has_graphs_) graph.capture(cuda, work);
+}
+
+// Lets all further work wait for that beside it.
+void CudaStages::join() {
+  times_.mark(beside_, StreamTimes::beside);
+  times_.let_wait(cuda_, StreamTimes::beside);
 }
 
 void CudaStages::enqueue_match() {
@@ -283,12 +292,13 @@ void CudaStages::enqueue_match() {
 void CudaStages::enqueue_walk(const WalkFrame& frame) {
   stereogrid::begin_walk(cuda_, frame, device_.terrain);
   times_.mark(cuda_, StreamTimes::measured);
-  find_trenches(cuda_, device_.terrain);
+  find_trenches(beside_, device_.terrain);
+  join();
   find_walk(cuda_, device_.terrain);
 }
 
 void CudaStages::find_low_obstacles() {
-  low_obstacles_.find(cuda_, std::as_const(device_.matches.obstacle).view(),
+  low_obstacles_.find(beside_, std::as_const(device_.matches.obstacle).view(),
                       std::as_const(device_.matches.road).view());
 }
 
@@ -419,7 +429,7 @@ void CudaStages::finish(const FrameGrids&, const FinalStep& step, FrameResult& r
   std::copy_n(step.bounds.window.data, step.bounds.window.width * step.bounds.window.height,
               host_.window_bounds.data());
   std::ranges::copy(result.witness, host_.witness.data());
-  perform(finish_graphs_[step.is_corrected ? 1 : 0][step.is_widened ? 1 : 0], [&] { enqueue_finish(step); });
+  perform(cuda_, finish_graphs_[step.is_corrected ? 1 : 0][step.is_widened ? 1 : 0], [&] { enqueue_finish(step); });
 }
 
 void CudaStages::publish(const FrameGrids& grids, FrameResult& result) {

@@ -45,6 +45,7 @@ class CudaStages final : public Stages {
   /// Launches each kernel by itself from now on, not in graphs, and notifies `watch`.
   void go_without_graphs(LaunchWatch& watch) {
     cuda_.watch(&watch);
+    beside_.watch(&watch);
     has_graphs_ = false;
   }
   /// Times of the last frame.
@@ -60,7 +61,8 @@ class CudaStages final : public Stages {
   void put_ground(const Ground& ground);
   void synchronize();
   template <class Work>
-  void perform(Graph& graph, const Work& work);
+  void perform(Cuda& cuda, Graph& graph, const Work& work);
+  void join();
   void enqueue_match();
   void enqueue_walk(const WalkFrame& frame);
   void find_low_obstacles();
@@ -81,6 +83,7 @@ class CudaStages final : public Stages {
   Config config_;
   Rig rig_;
   Cuda cuda_;
+  Cuda beside_;  ///< work that waits for the host only, and that cuda_ waits for
   StreamTimes times_;
   StagesOptions options_;
   bool has_graphs_{true};
