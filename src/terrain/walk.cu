@@ -16,7 +16,9 @@ namespace stereogrid {
 namespace {
 
 constexpr int threads{256};
-constexpr int warps{threads / warp};
+// As many as registers allow: lanes of a warp that take different paths wait for each other.
+constexpr int spread_threads{512};
+constexpr int spread_warps{spread_threads / warp};
 
 // The device's memory as its own code sees it.
 template <class T>
@@ -76,11 +78,10 @@ __global__ void measure_noise(SampleTable table, RingTable rings, float* sigma_p
   *checked_rings = checked_rings_of(table.ground, rings, sigma_px);
 }
 
-// A thread per sector.
+// A block of one thread per sector: lanes of a warp would wait for each other's paths.
 __global__ void walk_sectors(WalkInput input, const int* checked_rings, const std::optional<Trench>* trenches,
                              View<PolarCell, Device> cells, View<SectorWalk, Device> walks) {
-  const int sector{static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x)};
-  if (sector >= input.sectors) return;
+  const int sector{static_cast<int>(blockIdx.x)};
   input.checked_rings = *checked_rings;
   walk_sector(input, sector, trenches[sector], seen(cells), walks(sector, 0));
 }
@@ -122,7 +123,8 @@ __device__ void hide_in_words(const WalkInput& input, View<PolarCell> cells, uns
   unsigned* reached_now{reached + words};
   const int lane{static_cast<int>(threadIdx.x) % warp};
   const auto for_words = [&](const auto& work) {
-    for (int word{static_cast<int>(threadIdx.x) / warp}; word < words; word += warps) work(word, word * warp + lane);
+    for (int word{static_cast<int>(threadIdx.x) / warp}; word < words; word += spread_warps)
+      work(word, word * warp + lane);
     __syncthreads();
   };
   for_words([&](int word, int) { reached[word] = whole_warp; });
@@ -152,15 +154,15 @@ __device__ void hide_in_words(const WalkInput& input, View<PolarCell> cells, uns
   }
 }
 
-// SectorWalks::spread_ground, by one block, a thread per sector.
+// SectorWalks::spread_ground, by one block, a thread per sector. Neighbours are in different warps.
 __global__ void spread_ground(WalkInput input, const int* checked_rings, View<PolarCell, Device> of_frame,
                               View<SectorWalk, Device> walks_of_frame) {
   input.checked_rings = *checked_rings;
   const View<PolarCell> cells{seen(of_frame)};
   const View<SectorWalk> walks{seen(walks_of_frame)};
-  const int t{static_cast<int>(threadIdx.x)};
+  const int t{static_cast<int>(threadIdx.x) % warp * spread_warps + static_cast<int>(threadIdx.x) / warp};
   const auto for_all = [&](const auto& work) {
-    for (int sector{t}; sector < input.sectors; sector += threads) work(sector, walks(sector, 0));
+    for (int sector{t}; sector < input.sectors; sector += spread_threads) work(sector, walks(sector, 0));
     __syncthreads();
   };
   for_all([&](int sector, SectorWalk&) { confirm_block(sector, walks); });
@@ -169,14 +171,14 @@ __global__ void spread_ground(WalkInput input, const int* checked_rings, View<Po
     for_all([&](int sector, SectorWalk& walk) { step_on(input, sector, ring, cells, walk); });
     for (bool is_changed{true}; is_changed;) {
       int has_taken{0};
-      for (int sector{t}; sector < input.sectors; sector += threads)
+      for (int sector{t}; sector < input.sectors; sector += spread_threads)
         has_taken |= take_over(input, sector, ring, cells, walks) ? 1 : 0;
       is_changed = __syncthreads_or(has_taken) != 0;
       if (is_changed) for_all([&](int sector, SectorWalk& walk) { settle_taken(sector, ring, cells, walk); });
     }
   }
   for_all([&](int sector, SectorWalk&) { settle_sector(sector, walks, input.rings.count(), cells.row(sector)); });
-  for (int ring{t}; ring < input.rings.count(); ring += threads) {
+  for (int ring{t}; ring < input.rings.count(); ring += spread_threads) {
     spread_hidden(ring, cells);
     fill_streaks(input, ring, walks, cells);
   }
@@ -250,9 +252,8 @@ void find_walk(Cuda& cuda, TerrainOnDevice& terrain) {
                         frame.prior};
   const View<PolarCell, Device> cells{terrain.cells.data(), rings, sectors, rings};
   const View<SectorWalk, Device> walks{terrain.walks.data(), sectors, 1, sectors};
-  launch(cuda, walk_sectors, blocks_for(sectors, warp), warp, 0, input, terrain.checked_rings.data(),
-         terrain.trenches.data(), cells, walks);
-  launch(cuda, spread_ground, 1, threads, times(3 * sizeof(unsigned), sectors / warp + 1), input,
+  launch(cuda, walk_sectors, sectors, 1, 0, input, terrain.checked_rings.data(), terrain.trenches.data(), cells, walks);
+  launch(cuda, spread_ground, 1, spread_threads, times(3 * sizeof(unsigned), sectors / warp + 1), input,
          terrain.checked_rings.data(), cells, walks);
   terrain.walked = {cells, walks, terrain.sigma_px.data()};
   download(cuda, cells.data, times(static_cast<std::size_t>(sectors), rings), terrain.host_cells.data());
