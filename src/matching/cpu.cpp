@@ -107,6 +107,20 @@ void remove_speckles(Cpu& cpu, const SpeckleSizes& smallest, Speckles& speckles,
   cpu.for_parts(height, cpu.threads(), [&](int band, int, int) { speckles.remove_small(band, smallest, matches); });
 }
 
+void add_tops(Cpu& cpu, const RoadPlane& plane, const MatchingConfig& config, MatchingWorkspace& space,
+              Matches& matches) {
+  const TopImages images{space.short_left, space.short_right_reversed};
+  const TopRules rules{top_rules(config)};
+  const std::size_t memory_of_band{band_memory(config, space)};
+  const int pairs{space.tops.height()};
+  cpu.for_parts(pairs, cpu.threads(), [&](int part, int begin, int end) {
+    std::uint8_t* memory{aligned(space.memory.data()) + static_cast<std::size_t>(part) * memory_of_band};
+    find_top_rows(begin, end, plane, rules, matches, space.tops,
+                  [&](int v) { return top_costs(images, v, rules, memory); });
+  });
+  cpu.for_parts(pairs, cpu.threads(), [&](int, int begin, int end) { put_top_rows(begin, end, space.tops, matches); });
+}
+
 // False if Highway has no vectors and the correlation is not compiled; the slow reference is used then.
 bool has_vectors() {
   return correlate_target() != "SCALAR";
@@ -140,9 +154,7 @@ void match(Cpu& cpu, View<const std::uint8_t> left, View<const std::uint8_t> rig
   Decider decider{plane, config, space, matches};
   find_candidates(cpu, left, right, plane, config, space, decider);
   remove_speckles(cpu, speckle_sizes(config), space.speckles, matches);
-  if (has_tops(config)) {
-    add_tops(cpu, {space.short_left, space.short_right_reversed}, plane, top_rules(config), space.tops, matches);
-  }
+  if (has_tops(config)) add_tops(cpu, plane, config, space, matches);
 }
 
 }  // namespace stereogrid

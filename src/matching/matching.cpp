@@ -60,7 +60,7 @@ MatchingWorkspace::MatchingWorkspace(int width, int height, const MatchingConfig
       rows(static_cast<std::size_t>(threads), RowCandidates{width}),
       decisions(static_cast<std::size_t>(threads), ClassifyWorkspace{width}),
       textures(static_cast<std::size_t>(threads), TextureWorkspace{width, config.window_px / 2}) {
-  if (has_tops(config)) tops = {width, height, config.disparities, threads};
+  if (has_tops(config)) tops = {top_columns(width), top_row_pairs(height)};
   const int border{correlate_border(upright_shifts(config))};
   for (auto* census : {&short_left, &short_right_reversed, &short_sheared}) *census = {width, height, border};
 }

@@ -48,7 +48,7 @@ struct MatchingWorkspace {
   std::vector<RowCandidates> rows;   ///< CPU: of each band
   std::vector<ClassifyWorkspace> decisions;
   std::vector<TextureWorkspace> textures;
-  TopsWorkspace tops;  ///< empty unless has_tops
+  Image<ThinTop> tops;  ///< empty unless has_tops
 };
 
 /// Allocates what the CPU works in besides. Without it the first frame does.

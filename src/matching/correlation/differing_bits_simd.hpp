@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Differing bits of a left pixel's descriptor and the right ones at its shifts, in the image row that enters the window
-// and the one that leaves it. Included once per instruction set by upright_simd.hpp; the guard works per target.
+// and the one that leaves it. Included once per instruction set; the guard works per target.
 #if defined(STEREOGRID_DIFFERING_BITS_SIMD) == defined(HWY_TARGET_TOGGLE)
 #ifdef STEREOGRID_DIFFERING_BITS_SIMD
 #undef STEREOGRID_DIFFERING_BITS_SIMD
@@ -76,13 +76,12 @@ class DifferingBits {
     return {table(0), table(1), table(2), table(3), right};
   }
 
-  // At the shifts of the i-th vector, of the entering row, and less those of the leaving one.
+  // At the shifts of the i-th vector.
   static HWY_INLINE V8 entering(const Pixel& pixel, int i) {
     return hn::Add(looked_up(pixel.in_low, pixel, 8 * i), looked_up(pixel.in_high, pixel, 8 * i + 2));
   }
-  static HWY_INLINE V8 change(const Pixel& pixel, int i) {
-    return hn::Sub(entering(pixel, i),
-                   hn::Add(looked_up(pixel.out_low, pixel, 8 * i + 4), looked_up(pixel.out_high, pixel, 8 * i + 6)));
+  static HWY_INLINE V8 leaving(const Pixel& pixel, int i) {
+    return hn::Add(looked_up(pixel.out_low, pixel, 8 * i + 4), looked_up(pixel.out_high, pixel, 8 * i + 6));
   }
 
  private:
@@ -154,9 +153,7 @@ class DifferingBits {
   }
 
   static HWY_INLINE V8 entering(const Pixel& pixel, int i) { return differing(pixel.in, pixel.right_in, i); }
-  static HWY_INLINE V8 change(const Pixel& pixel, int i) {
-    return hn::Sub(entering(pixel, i), differing(pixel.out, pixel.right_out, i));
-  }
+  static HWY_INLINE V8 leaving(const Pixel& pixel, int i) { return differing(pixel.out, pixel.right_out, i); }
 
  private:
   struct Row {

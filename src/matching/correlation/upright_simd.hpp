@@ -141,8 +141,9 @@ class UprightRows {
 
   // Columns beyond both ends repeat the border; the left ones are ready with the first, the right ones with the last.
   HWY_INLINE void update_columns(std::ptrdiff_t begin, std::ptrdiff_t end) const {
-    change_columns(begin, std::min<std::ptrdiff_t>(end, width_),
-                   [](const auto& pixel, int i) { return DifferingBits::change(pixel, i); });
+    change_columns(begin, std::min<std::ptrdiff_t>(end, width_), [](const auto& pixel, int i) {
+      return hn::Sub(DifferingBits::entering(pixel, i), DifferingBits::leaving(pixel, i));
+    });
     if (begin == 0) {
       for (int i{1}; i <= half_ + 1; ++i) std::copy_n(column(0), n, column(-i));
     }

@@ -5,7 +5,12 @@
 #include "hwy/foreach_target.h"                            // IWYU pragma: keep
 // after foreach_target
 #include "hwy/highway.h"
+#include "matching/correlation/simd.hpp"
 #include "matching/tops/tops.hpp"
+#if HWY_TARGET != HWY_SCALAR
+#include "matching/correlation/differing_bits_simd.hpp"
+#include "matching/minima_simd.hpp"
+#endif
 
 #include <algorithm>
 
@@ -13,68 +18,75 @@ HWY_BEFORE_NAMESPACE();
 namespace stereogrid::HWY_NAMESPACE {
 namespace {
 
-namespace hn = hwy::HWY_NAMESPACE;
+#if HWY_TARGET != HWY_SCALAR
 
-// The first of the least costs; 0 where all exceed the limit. Those behind the last disparity do not count.
-std::size_t Cheapest(const std::uint8_t* costs, std::size_t size, std::uint8_t limit) {
-  const hn::ScalableTag<std::uint8_t> d;
-  const std::size_t lanes{hn::Lanes(d)};
-  const auto worst = hn::Set(d, std::uint8_t{255});
-  const auto at = [&](std::size_t k) HWY_ATTR {
-    const auto some = hn::LoadU(d, costs + k);
-    return k + lanes <= size ? some : hn::IfThenElse(hn::FirstN(d, size - k), some, worst);
-  };
-  auto least = worst;
-  for (std::size_t k{0}; k < size; k += lanes) least = hn::Min(least, at(k));
-  const auto limits = hn::Set(d, limit);
-  if (hn::AllFalse(d, hn::Eq(hn::Min(least, limits), least))) return 0;
-  HWY_ALIGN std::uint8_t of_lanes[HWY_MAX_BYTES];
-  hn::Store(least, d, of_lanes);
-  const auto of_all = hn::Set(d, *std::min_element(of_lanes, of_lanes + lanes));
-  std::size_t k{0};
-  while (hn::AllFalse(d, hn::Eq(at(k), of_all))) k += lanes;
-  return k + static_cast<std::size_t>(hn::FindFirstTrue(d, hn::Eq(at(k), of_all)));
+// The first of the least costs; 0 where all exceed the limit.
+HWY_INLINE std::uint8_t Cheapest(const std::uint8_t* costs, std::ptrdiff_t pitch, int limit) {
+  const Bytes d8;
+  const Words d16;
+  auto vector = hn::Load(d8, costs);
+  for (std::ptrdiff_t k{bytes_of_vector}; k < pitch; k += bytes_of_vector) {
+    vector = hn::Min(vector, hn::Load(d8, costs + k));
+  }
+  const auto pairs = hn::BitCast(d16, vector);
+  const auto of_pairs = hn::Min(hn::And(pairs, hn::Set(d16, std::uint16_t{255})), hn::ShiftRight<8>(pairs));
+  const int least{hn::ExtractLane(minimum16(folded(d16, of_pairs)), 0)};
+  if (least > limit) return 0;
+  const auto leasts = hn::Set(d8, static_cast<std::uint8_t>(least));
+  for (std::ptrdiff_t k{0};; k += bytes_of_vector) {
+    const auto first = hn::FindFirstTrue(d8, hn::Eq(hn::Load(d8, costs + k), leasts));
+    if (first >= 0) return static_cast<std::uint8_t>(k + first);
+  }
 }
 
-void TopCosts(const TopImages& images, int v, const TopRules& rules, std::uint8_t* columns, std::uint8_t* costs,
-              std::uint8_t* best) {
-  const hn::ScalableTag<std::uint8_t> d;
-  const std::size_t lanes{hn::Lanes(d)};
-  const std::size_t pitch{TopsWorkspace::pitch(rules.disparities)};
-  const std::size_t size{static_cast<std::size_t>(rules.disparities)};
+TopRowCosts TopCosts(const TopImages& images, int v, const TopRules& rules, std::uint8_t* memory) {
+  const Bytes d8;
   const int width{images.left.width()};
   const int points{top_columns(width)};
-  const auto of = [&](std::uint8_t* values, int point) {
-    return values + static_cast<std::size_t>(std::clamp(point, 0, points - 1)) * pitch;
-  };
+  const int pitch{padded_upright({0, rules.disparities})};
+  DifferingBits bits{width, pitch, memory};
+  bits.take_entering(images.left.row(v), images.right_reversed.row(v));
+  bits.take_leaving(images.left.row(v + 1), images.right_reversed.row(v + 1));
+  constexpr int margin{top_half_columns + 1};
+  std::uint8_t* columns{memory + (DifferingBits::memory(width, pitch) + 63) / 64 * 64 + margin * pitch};
   for (int point{0}; point < points; ++point) {
     const int u{top_pixel(point, points)};
-    for (std::size_t k{0}; k < size; k += lanes) {
-      const auto differing = [&](int row) {
-        const std::uint8_t* right{images.right_reversed.row(row) + (width - 1 - u)};
-        return hn::PopulationCount(hn::Xor(hn::Set(d, images.left.row(row)[u]), hn::LoadU(d, right + k)));
-      };
-      hn::StoreU(hn::Add(differing(v), differing(v + 1)), d, of(columns, point) + k);
+    const auto pixel = bits.pixel(u, bits.right(u));
+    for (int i{0}; i < pitch / bytes_of_vector; ++i) {
+      const auto both = hn::Add(DifferingBits::entering(pixel, i), DifferingBits::leaving(pixel, i));
+      hn::Store(both, d8, columns + point * pitch + i * bytes_of_vector);
     }
   }
-  std::fill(costs, costs + pitch, std::uint8_t{0});
-  for (int i{-top_half_columns}; i <= top_half_columns; ++i) {
-    for (std::size_t k{0}; k < size; ++k) costs[k] = static_cast<std::uint8_t>(costs[k] + of(columns, i)[k]);
+  const std::uint8_t* last{columns + (points - 1) * pitch};
+  for (int i{1}; i <= margin; ++i) {
+    std::copy_n(columns, pitch, columns - i * pitch);
+    std::copy_n(last, pitch, columns + (points - 1 + i) * pitch);
   }
-  for (int point{1}; point < points; ++point) {
-    const std::uint8_t* entering{of(columns, point + top_half_columns)};
-    const std::uint8_t* leaving{of(columns, point - top_half_columns - 1)};
-    const std::uint8_t* before{of(costs, point - 1)};
-    for (std::size_t k{0}; k < size; k += lanes) {
-      const auto moved = hn::Sub(hn::LoadU(d, entering + k), hn::LoadU(d, leaving + k));
-      hn::StoreU(hn::Add(hn::LoadU(d, before + k), moved), d, of(costs, point) + k);
+  std::uint8_t* costs{columns + (points + margin) * pitch};
+  for (int k{0}; k < pitch; k += bytes_of_vector) {
+    // behind the last disparity the highest ones
+    const auto searched = hn::FirstN(d8, static_cast<std::size_t>(std::max(rules.disparities - k, 0)));
+    const auto behind = hn::IfThenElse(searched, hn::Zero(d8), hn::Set(d8, std::uint8_t{255}));
+    const auto column = [&](int point) { return hn::Load(d8, columns + point * pitch + k); };
+    auto sum = hn::Zero(d8);  // one column too many, which the first step takes away
+    for (int i{-margin}; i < top_half_columns; ++i) sum = hn::Add(sum, column(i));
+    for (int point{0}; point < points; ++point) {
+      sum = hn::Add(sum, hn::Sub(column(point + top_half_columns), column(point - margin)));
+      hn::Store(hn::Or(sum, behind), d8, costs + point * pitch + k);
     }
   }
-  for (int point{0}; point < points; ++point) {
-    best[point] =
-        static_cast<std::uint8_t>(Cheapest(of(costs, point), size, static_cast<std::uint8_t>(rules.cost_limit)));
-  }
+  std::uint8_t* best{costs + points * pitch};
+  for (int point{0}; point < points; ++point) best[point] = Cheapest(costs + point * pitch, pitch, rules.cost_limit);
+  return {costs, pitch, best};
 }
+
+#else
+
+TopRowCosts TopCosts(const TopImages&, int, const TopRules&, std::uint8_t*) {
+  return {};
+}
+
+#endif
 
 }  // namespace
 }  // namespace stereogrid::HWY_NAMESPACE
@@ -85,9 +97,8 @@ namespace stereogrid {
 
 HWY_EXPORT(TopCosts);
 
-void top_costs(const TopImages& images, int v, const TopRules& rules, std::uint8_t* columns, std::uint8_t* costs,
-               std::uint8_t* best) {
-  HWY_DYNAMIC_DISPATCH(TopCosts)(images, v, rules, columns, costs, best);
+TopRowCosts top_costs(const TopImages& images, int v, const TopRules& rules, std::uint8_t* memory) {
+  return HWY_DYNAMIC_DISPATCH(TopCosts)(images, v, rules, memory);
 }
 
 }  // namespace stereogrid

@@ -56,11 +56,19 @@ struct TopRules {
   bool subpixel;
 };
 
+/// The road in a row and the next one.
+struct TopRoad {
+  STEREOGRID_HD TopRoad(const RoadPlane& plane, int v) : here{road_row(plane, v)}, below{road_row(plane, v + 1)} {}
+
+  RoadRow here;
+  RoadRow below;
+};
+
 /// Whether a disparity may be a top's at a point: higher over the road than the road's hypothesis reaches, and so near
 /// that the window is narrower than the camera is high.
-STEREOGRID_HD inline bool may_be_top(const RoadPlane& plane, int u, int v, int disparity) {
-  const std::int32_t road_65536{road_row(plane, v).at(u)};
-  const std::int64_t per_row_65536{std::int64_t{road_row(plane, v + 1).at(u)} - road_65536};
+STEREOGRID_HD inline bool may_be_top(const TopRoad& road, int u, int disparity) {
+  const std::int32_t road_65536{road.here.at(u)};
+  const std::int64_t per_row_65536{std::int64_t{road.below.at(u)} - road_65536};
   constexpr int window_px{top_step_px * (2 * top_half_columns + 1)};
   const std::int64_t found_65536{std::int64_t{disparity} * 65536};
   return single_numbers::road_counts(road_65536) && found_65536 - road_65536 >= top_over_road_px * 65536 &&
@@ -77,12 +85,12 @@ STEREOGRID_HD inline int cheapest(const std::uint8_t* costs, int disparities) {
 /// The top at a point of the lattice, from the costs of its disparities and the cheapest one. `nearest(v)`: disparity
 /// matched in row v at its column u, repeated beyond the image.
 template <class Nearest>
-STEREOGRID_HD inline ThinTop top_of(const std::uint8_t* costs, int best, const TopRules& rules, const RoadPlane& plane,
+STEREOGRID_HD inline ThinTop top_of(const std::uint8_t* costs, int best, const TopRules& rules, const TopRoad& road,
                                     int u, int v, const Nearest& nearest) {
   constexpr ThinTop none{0, 0};
+  if (best == 0 || best + 1 >= rules.disparities || best > u || !may_be_top(road, u, best)) return none;
   const int least{costs[best]};
   if (least > rules.cost_limit) return none;
-  if (best == 0 || best + 1 >= rules.disparities || best > u || !may_be_top(plane, u, v, best)) return none;
   const int rival{highest_rival(least, top_uniqueness_1024)};
   int as_cheap{0};
   for (int d{0}; d < rules.disparities; ++d) as_cheap += costs[d] <= rival ? 1 : 0;

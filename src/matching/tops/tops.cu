@@ -60,7 +60,7 @@ __global__ void __launch_bounds__(threads) find_tops(const TopsOnDevice task) {
   };
   const auto* own = reinterpret_cast<const std::uint8_t*>(costs[threadIdx.x]);
   task.points(point, static_cast<int>(blockIdx.y)) =
-      top_of(own, cheapest(own, task.rules.disparities), task.rules, *task.plane, u, v, nearest);
+      top_of(own, cheapest(own, task.rules.disparities), task.rules, {*task.plane, v}, u, v, nearest);
 }
 
 __global__ void __launch_bounds__(threads) put_tops(const TopsOnDevice task) {
