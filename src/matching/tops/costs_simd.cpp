@@ -52,6 +52,7 @@ TopRowCosts TopCosts(const TopImages& images, int v, const TopRules& rules, std:
   for (int point{0}; point < points; ++point) {
     const int u{top_pixel(point, points)};
     const auto pixel = bits.pixel(u, bits.right(u));
+#pragma GCC unroll 2
     for (int i{0}; i < pitch / bytes_of_vector; ++i) {
       const auto both = hn::Add(DifferingBits::entering(pixel, i), DifferingBits::leaving(pixel, i));
       hn::Store(both, d8, columns + point * pitch + i * bytes_of_vector);
@@ -70,6 +71,7 @@ TopRowCosts TopCosts(const TopImages& images, int v, const TopRules& rules, std:
     const auto column = [&](int point) { return hn::Load(d8, columns + point * pitch + k); };
     auto sum = hn::Zero(d8);  // one column too many, which the first step takes away
     for (int i{-margin}; i < top_half_columns; ++i) sum = hn::Add(sum, column(i));
+#pragma GCC unroll 4
     for (int point{0}; point < points; ++point) {
       sum = hn::Add(sum, hn::Sub(column(point + top_half_columns), column(point - margin)));
       hn::Store(hn::Or(sum, behind), d8, costs + point * pitch + k);

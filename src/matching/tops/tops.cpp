@@ -18,8 +18,8 @@ void find_top_rows(int begin, int end, const RoadPlane& plane, const TopRules& r
     const TopRoad road{plane, v};
     // it is linear along a row
     const auto [least, most] = std::minmax({road.here.at(0), road.here.at(matches.road.width() - 1)});
-    if (!single_numbers::road_counts(most)) continue;
     const int lowest{(least >> 16) + top_over_road_px};
+    if (!single_numbers::road_counts(most) || lowest + 1 >= rules.disparities) continue;
     const TopRowCosts found{costs_of_row(v)};
     for (int point{0}; point < width; ++point) {
       if (found.best[point] < lowest) continue;  // most show the road
@@ -37,6 +37,7 @@ void put_top_rows(int begin, int end, const Image<ThinTop>& points, Matches& mat
   const int width{points.width()};
   for (int pair{begin}; pair < end; ++pair) {
     const ThinTop* row{points.row(pair)};
+    if (std::none_of(row, row + width, [](const ThinTop& top) { return top.disparity > 0; })) continue;
     for (int point{0}; point < width; ++point) {
       if (!is_in_top(row, width, point)) continue;
       for (int v{pair * top_window_rows}; v < (pair + 1) * top_window_rows; ++v) {
