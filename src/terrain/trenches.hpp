@@ -121,12 +121,14 @@ struct TrenchShape {
   std::array<float, rows_max> fall{};
   std::array<TrenchProbe, 3> probes{};
 
-  /// Fit around an edge with the mean disparity *edge; without enough rows: no gain.
-  [[nodiscard]] STEREOGRID_HD TrenchFit fit(const float* edge) const {
+  /// Fit around an edge with the mean disparity *edge; without enough rows: no gain. `kink`: growth of the fall per
+  /// row, relative to that at the edge.
+  [[nodiscard]] STEREOGRID_HD TrenchFit fit(const float* edge, float kink) const {
     const float* const d{edge - edge_place};
     TrenchSums sums;
     for (int i{0}; i < rows; ++i) {
-      if (d[i] > 0) sums.add(static_cast<float>(i - edge_place), fall[static_cast<std::size_t>(i)], d[i] - *edge);
+      const auto row = static_cast<float>(i - edge_place);
+      if (d[i] > 0) sums.add(row, fall[static_cast<std::size_t>(i)] * (1 + kink * row), d[i] - *edge);
     }
     return sums.xx[0][0] < rows_seen_min * static_cast<float>(rows) ? TrenchFit{} : sums.fitted();
   }
@@ -156,17 +158,18 @@ struct TrenchCheck {
 struct TrenchBounds {
   float fall_min;  ///< measured fall of the disparity, relative to that of an upright wall
   float fall_max;
-  float wall_gain;   ///< least decrease of the squared differences by a wall, in squared noises
-  float lower_gain;  ///< by lower ground
-  float rest_px;     ///< largest root mean square difference from the best shape
-  float rest_share;  ///< the same, relative to the jump at the edge; the larger bound counts
+  float wall_gain;      ///< least decrease of the squared differences by a wall, in squared noises
+  float lower_gain;     ///< by lower ground
+  float rest_px;        ///< largest root mean square difference from the best shape of a wall
+  float rest_share;     ///< the same, relative to the jump at the edge; the larger bound counts
+  float lower_rest_px;  ///< the same of lower ground
 };
 /// Bounds of a sector alone, and of one beside a long chain.
 STEREOGRID_HD constexpr TrenchBounds alone_bounds() {
-  return {0.7f, 1.6f, 130, 70, rest_alone_px, 0.05f};
+  return {0.7f, 1.6f, 130, 70, rest_alone_px, 0.05f, 1.5f * rest_floor_px};
 }
 STEREOGRID_HD constexpr TrenchBounds extension_bounds() {
-  return {0.55f, 2.2f, 60, 40, 0.15f, 0.1f};
+  return {0.55f, 2.2f, 60, 40, 0.15f, 0.1f, 0.15f};
 }
 
 /// A sector of a frame that is searched.
@@ -221,9 +224,9 @@ struct TrenchSearch {
   }
   [[nodiscard]] STEREOGRID_HD std::optional<Trench> wall(const TrenchShape& shape, int edge) const {
     const auto rows = static_cast<float>(shape.wall_rows);
-    const TrenchFit fit{shape.fit(disparity + edge)};
-    if (!is_within(fit, bounds.wall_gain, fit.fall * rows) || fit.fall < bounds.fall_min * growth ||
-        fit.fall > bounds.fall_max * growth)
+    const TrenchFit fit{shape.fit(disparity + edge, 0)};
+    if (!is_within(fit, bounds.wall_gain, std::max(bounds.rest_px, bounds.rest_share * fit.fall * rows)) ||
+        fit.fall < bounds.fall_min * growth || fit.fall > bounds.fall_max * growth)
       return {};
     const TerrainCamera& camera{ground.camera};
     const float edge_px{disparity[edge] + fit.at_edge};
@@ -233,11 +236,11 @@ struct TrenchSearch {
     if (widest < static_cast<float>(crossed_ditch) * ground.limits.step_m) return {};
     return Trench{edge_x, wall_x, rows * camera.tangent_per_v * wall_x, edge, fit.gain, fit.rest_px};
   }
-  // Ground lower by more than a step is farther by d·D/(h + D) (4).
+  // Disparities of ground that is lower by more than a step are lower by the share D/(h + D), in each row (4).
   [[nodiscard]] STEREOGRID_HD std::optional<Trench> lower_ground(const TrenchShape& shape, int edge) const {
     if (tangent(edge) < lower_slope * ground.limits.drop_slope) return {};
-    const TrenchFit fit{shape.fit(disparity + edge)};
-    if (!is_within(fit, bounds.lower_gain, 0) || fit.fall < step_px(edge)) return {};
+    const TrenchFit fit{shape.fit(disparity + edge, growth / disparity[edge])};
+    if (!is_within(fit, bounds.lower_gain, bounds.lower_rest_px) || fit.fall < step_px(edge)) return {};
     const TerrainCamera& camera{ground.camera};
     const float edge_px{disparity[edge] + fit.at_edge};
     const float behind_px{std::max(edge_px - fit.fall, 1.0f)};
@@ -248,9 +251,8 @@ struct TrenchSearch {
                   fit.gain,
                   fit.rest_px};
   }
-  [[nodiscard]] STEREOGRID_HD bool is_within(const TrenchFit& fit, float gain, float jump_px) const {
-    return fit.gain > gain && fit.growth > ground_growth_min * growth &&
-           fit.rest_px < std::max(bounds.rest_px, bounds.rest_share * jump_px);
+  [[nodiscard]] STEREOGRID_HD bool is_within(const TrenchFit& fit, float gain, float rest_px) const {
+    return fit.gain > gain && fit.growth > ground_growth_min * growth && fit.rest_px < rest_px;
   }
 };
 
