@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <utility>
 
 #include "clamped_to_int.hpp"
 #include "stereogrid/frame.hpp"
@@ -56,17 +54,48 @@ inline Scroll scroll_between(const GridGeometry& before, const GridGeometry& now
           clamped_to_int(std::round((now.y_min_m - before.y_min_m) / now.cell_size_m))};
 }
 
-/// Moves the cells of a window; new ones are `fresh`. `working`: an image of the same size.
+/// Moves the cells of a window; new ones are `fresh`.
 template <class T>
-void scroll_cells(Scroll scroll, Image<T>& cells, Image<T>& working, const T& fresh = {}) {
+void scroll_cells(Scroll scroll, Image<T>& cells, const T& fresh = {}) {
   if (scroll.x == 0 && scroll.y == 0) return;
   const int x{std::clamp(scroll.x, -cells.width(), cells.width())};
   const int y{std::clamp(scroll.y, -cells.height(), cells.height())};
-  working.fill(fresh);
-  const int first{std::max(-x, 0)};
-  for (int iy{std::max(-y, 0)}; iy < std::min(cells.height() - y, cells.height()); ++iy)
-    std::copy_n(cells.row(iy + y) + first + x, cells.width() - std::abs(x), working.row(iy) + first);
-  std::swap(cells, working);
+  for (int i{0}; i < cells.height(); ++i) {
+    const int iy{y > 0 ? i : cells.height() - 1 - i};  // a row that others still need is not overwritten
+    T* const row{cells.row(iy)};
+    T* const end{row + cells.width()};
+    if (iy + y < 0 || iy + y >= cells.height()) {
+      std::fill(row, end, fresh);
+      continue;
+    }
+    const T* const from{cells.row(iy + y)};
+    if (x > 0) {
+      std::fill(std::copy(from + x, from + cells.width(), row), end, fresh);
+    } else {
+      std::fill(row, std::copy_backward(from, from + cells.width() + x, end), fresh);
+    }
+  }
+}
+
+/// Number of neighbours in a row that are tested together.
+constexpr int group_cells{16};
+
+/// True if test(i) is for a cell of the group from `first` on. Without branches, for vectors.
+template <class Test>
+[[nodiscard]] bool any_of_group(int first, const Test& test) {
+  int found{0};
+  for (int i{first}; i < first + group_cells; ++i) found |= static_cast<int>(test(i));
+  return found != 0;
+}
+
+/// Calls work(i) for the cells of a row, but not for those of groups with may_skip(first).
+template <class MaySkip, class Work>
+void for_groups(int cells, const MaySkip& may_skip, const Work& work) {
+  for (int first{0}; first < cells; first += group_cells) {
+    const int end{std::min(first + group_cells, cells)};
+    if (end - first == group_cells && may_skip(first)) continue;
+    for (int i{first}; i < end; ++i) work(i);
+  }
 }
 
 }  // namespace stereogrid

@@ -26,7 +26,6 @@ ElevationMemory::ElevationMemory(double cell_m, int window_cells)
     : cell_m_{cell_m},
       elevation_m_{window_cells, window_cells},
       variance_{window_cells, window_cells},
-      moved_{window_cells, window_cells},
       frame_{window_cells, window_cells},
       rows_(static_cast<std::size_t>(window_cells)) {
   common_.reserve(frame_.size());
@@ -39,8 +38,8 @@ void ElevationMemory::reset() {
 }
 
 void ElevationMemory::move(Scroll scroll) {
-  scroll_cells(scroll, elevation_m_, moved_, unseen);
-  scroll_cells(scroll, variance_, moved_, unseen);
+  scroll_cells(scroll, elevation_m_, unseen);
+  scroll_cells(scroll, variance_, unseen);
 }
 
 void ElevationMemory::begin_row(int iy) {

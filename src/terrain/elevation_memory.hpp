@@ -41,7 +41,7 @@ class ElevationMemory {
     state(elevation_m_, variance_);
   }
   [[nodiscard]] std::size_t memory_bytes() const {
-    return memory_bytes_of(elevation_m_, variance_, moved_, frame_, rows_, common_);
+    return memory_bytes_of(elevation_m_, variance_, frame_, rows_, common_);
   }
 
  private:
@@ -74,7 +74,6 @@ class ElevationMemory {
   double cell_m_;
   Image<float> elevation_m_;
   Image<float> variance_;
-  Image<float> moved_;  ///< working memory
   Image<Seen> frame_;
   std::vector<Range> rows_;  ///< cells of frame_ that were seen are in these
   std::vector<Common> common_;

@@ -20,11 +20,6 @@ TerrainLimits limits_of(const Config& config) {
           static_cast<float>(config.u_disparity.obstacle_min_height_m), tangent(vehicle.drop_slope_deg)};
 }
 
-// Cell of the window that holds the centre of a cell of the vehicle's grid: all of them lie in it.
-CellIndex cell_of(const CellPlaces& places, int ix, int iy) {
-  return {static_cast<int>(places.x_of(ix, iy)), static_cast<int>(places.y_of(ix, iy))};
-}
-
 /// Rows of a ditch's far wall that are needed to find it (5).
 constexpr double ditch_rows{6};
 /// Smallest drop that is found, in smallest drops that a jump of one pixel shows (4).
@@ -43,23 +38,37 @@ void clear_rows(FrameResult& result, int begin, int end) {
   fill_rows(result.terrain, begin, end, TerrainClass::unknown);
 }
 
+// bound_cell() changes none of sixteen cells without bounds.
+bool stay(const CellWitness* witnesses, const float* observed, const float* occupancy) {
+  if (!are_alike(witnesses)) return false;
+  if (witnesses->allows_free()) return witnesses->kind() != Witness::memory;
+  return *witnesses == CellWitness{} &&
+         !any_of_group(0, [&](int i) { return (observed[i] < 0.5f) | (occupancy[i] < 0.5f); });
+}
+
 }  // namespace
 
 void bound_grids(const GridBounds<Host>& bounds, FrameResult& result) {
   for (int iy{0}; iy < bounds.vehicle.height; ++iy) {
     const float* const age_s{result.vehicle.age_s.row(iy)};
-    const std::uint8_t* const of_row{bounds.vehicle.row(iy)};
     float* const observed{result.observed.row(iy)};
     float* const occupancy{result.vehicle.occupancy.row(iy)};
     CellWitness* const witness{result.witness.row(iy)};
-    for (int ix{0}, end{bounds.vehicle.width}; ix < end; ++ix)
-      bound_cell(of_row[ix], age_s[ix], observed[ix], occupancy[ix], witness[ix]);
+    for_cells(bounds.vehicle.row(iy), bounds.vehicle.width, [&](int begin, int end, std::uint8_t bits) {
+      if (bits == 0 && end - begin == group_cells && stay(witness + begin, observed + begin, occupancy + begin)) return;
+      for (int ix{begin}; ix < end; ++ix) bound_cell(bits, age_s[ix], observed[ix], occupancy[ix], witness[ix]);
+    });
   }
   for (int iy{0}; iy < bounds.window.height; ++iy) {
     const float* const age_s{result.world.age_s.row(iy)};
-    const std::uint8_t* const of_row{bounds.window.row(iy)};
     float* const occupancy{result.world.occupancy.row(iy)};
-    for (int ix{0}; ix < bounds.window.width; ++ix) occupancy[ix] = bounded(occupancy[ix], of_row[ix], age_s[ix]);
+    for_cells(bounds.window.row(iy), bounds.window.width, [&](int begin, int end, std::uint8_t bits) {
+      const auto apply = [&](std::uint8_t to_all) {
+        for (int ix{begin}; ix < end; ++ix) occupancy[ix] = bounded(occupancy[ix], to_all, age_s[ix]);
+      };
+      if (bits == 0) return;
+      bits == bound_unknown ? apply(bound_unknown) : apply(bits);  // a constant for most cells, as in apply_rules()
+    });
   }
 }
 
@@ -123,12 +132,6 @@ void FrameTerrain::mark_low_obstacles(std::span<const LowCell> low, FrameResult&
       if (mark_obstacle(vehicle_rules_(ix, iy))) result.terrain(ix, iy) = TerrainClass::obstacle;
     });
   });
-}
-
-CellPlaces FrameTerrain::vehicle_in_window() const {
-  const GridGeometry& window{place_.window};
-  return {
-      grid_in_vehicle(vehicle_grid_, place_.world_from_vehicle), {window.x_min_m, window.y_min_m}, window.cell_size_m};
 }
 
 void FrameTerrain::move(const TerrainPlace& place) {
@@ -224,17 +227,14 @@ void FrameTerrain::drop_witnesses(int begin, int end) {
 // would see ground there, but does not, ends the memory of it.
 void FrameTerrain::drop_unconfirmed(std::span<const FrameTerrain* const> seen, int begin, int end) {
   const auto cell_m = static_cast<float>(place_.window.cell_size_m);
-  for (int iy{begin}; iy < end; ++iy) {
-    for (int ix{0}; ix < window_rules_.width(); ++ix) {
-      if (window_rules_(ix, iy) != CellRule::ground_not_seen || !witness_.has(ix, iy) ||
-          distance_to(ix, iy) + cell_m > witness_.from_m(ix, iy))
-        continue;
-      if (std::ranges::any_of(seen, [&](const FrameTerrain* one) {
-            return one->terrain_.sees_no_ground_at(one->place_.window_in_camera.centre(ix, iy), cell_m / 2);
-          }))
-        witness_.drop(iy, ix, ix + 1);
-    }
-  }
+  witness_.for_seen(begin, end, [&](int ix, int iy) {
+    if (window_rules_(ix, iy) != CellRule::ground_not_seen || distance_to(ix, iy) + cell_m > witness_.from_m(ix, iy))
+      return;
+    if (std::ranges::any_of(seen, [&](const FrameTerrain* one) {
+          return one->terrain_.sees_no_ground_at(one->place_.window_in_camera.centre(ix, iy), cell_m / 2);
+        }))
+      witness_.drop(iy, ix, ix + 1);
+  });
 }
 
 float FrameTerrain::distance_to(int ix, int iy) const {
@@ -277,26 +277,32 @@ void FrameTerrain::see_claims(bool is_usable, const std::function<bool(Point2)>&
   }
 }
 
-// Memory is that of earlier frames.
-CellWitness FrameTerrain::witness_of(CellRule rule, CellIndex window_cell) const {
-  if (rule == CellRule::as_observed) return CellWitness::of(Witness::ground);
-  if (rule != CellRule::ground_not_seen || !witness_.has(window_cell.ix, window_cell.iy)) return {};
-  return CellWitness::of(Witness::memory, witness_.age_s(window_cell.ix, window_cell.iy));
-}
-
 void FrameTerrain::find_witnesses(bool is_usable, const std::function<bool(Point2)>& claims_free,
                                   FrameResult& result) const {
-  const CellPlaces places{vehicle_in_window()};
+  const GridGeometry& window{place_.window};
+  const CellPlaces places{
+      grid_in_vehicle(vehicle_grid_, place_.world_from_vehicle), {window.x_min_m, window.y_min_m}, window.cell_size_m};
   for (int iy{0}; iy < vehicle_grid_.ny; ++iy) {
     CellWitness* const witnesses{result.witness.row(iy)};
     for_cells(vehicle_rules_.row(iy), vehicle_grid_.nx, [&](int begin, int end, CellRule rule) {
       if (!is_usable) rule = CellRule::ground_not_seen;
-      if (rule == CellRule::as_observed || (rule != CellRule::ground_not_seen && !claims_free))
-        return std::fill(witnesses + begin, witnesses + end, witness_of(rule, {}));
-      for (int ix{begin}; ix < end; ++ix) {
-        witnesses[ix] = witness_of(rule, cell_of(places, ix, iy));
-        if (claims_free && claims_free(vehicle_grid_.centre(ix, iy))) witnesses[ix] = CellWitness::of(Witness::source);
+      const bool is_seen{rule == CellRule::as_observed};
+      std::fill(witnesses + begin, witnesses + end, is_seen ? CellWitness::of(Witness::ground) : CellWitness{});
+      if (rule == CellRule::ground_not_seen) {
+        int x[group_cells];  // cells of the window, in a loop of their own, which becomes vectors
+        int y[group_cells];
+        for (int i{0}; i < end - begin; ++i) {
+          x[i] = static_cast<int>(places.x_of(begin + i, iy));
+          y[i] = static_cast<int>(places.y_of(begin + i, iy));
+        }
+        for (int i{0}; i < end - begin; ++i) {
+          if (witness_.has(x[i], y[i]))  // by an earlier frame
+            witnesses[begin + i] = CellWitness::of(Witness::memory, witness_.age_s(x[i], y[i]));
+        }
       }
+      if (!claims_free || is_seen) return;
+      for (int ix{begin}; ix < end; ++ix)
+        if (claims_free(vehicle_grid_.centre(ix, iy))) witnesses[ix] = CellWitness::of(Witness::source);
     });
   }
 }

@@ -146,9 +146,7 @@ class FrameTerrain {
   [[nodiscard]] float distance_to(int ix, int iy) const;
   void see_ground(std::span<const FrameTerrain* const> seen);
   void see_claims(bool is_usable, const std::function<bool(Point2)>& claims_free);
-  [[nodiscard]] CellWitness witness_of(CellRule rule, CellIndex window_cell) const;
   void find_witnesses(bool is_usable, const std::function<bool(Point2)>& claims_free, FrameResult& result) const;
-  [[nodiscard]] CellPlaces vehicle_in_window() const;
 
   GridGeometry vehicle_grid_;
   VehicleConfig vehicle_;

@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <span>
 
 #include "geometry/window.hpp"
 #include "memory_bytes.hpp"
@@ -22,13 +21,12 @@ class GroundWitness {
   GroundWitness(double memory_s, int window_cells)
       : memory_s_{static_cast<float>(memory_s)},
         left_s_{window_cells, window_cells},
-        from_m_{window_cells, window_cells},
-        moved_{window_cells, window_cells} {}
+        from_m_{window_cells, window_cells} {}
 
   /// Moves with the window and lets time pass.
   void move(Scroll scroll, double dt_s) {
-    scroll_cells(scroll, left_s_, moved_);
-    scroll_cells(scroll, from_m_, moved_);
+    scroll_cells(scroll, left_s_);
+    scroll_cells(scroll, from_m_);
     const auto passed_s{static_cast<float>(dt_s)};
     float* const left_s{left_s_.data()};
     for (std::size_t i{0}; i < left_s_.size(); ++i)
@@ -62,12 +60,16 @@ class GroundWitness {
   /// Calls work(ix, iy) for the cells with an edge.
   template <class Work>
   void for_edges(const Work& work) const {
-    for (int iy{0}; iy < left_s_.height(); ++iy) {
-      const std::span row{left_s_.row(iy), static_cast<std::size_t>(left_s_.width())};
-      if (std::ranges::count_if(row, [](float left_s) { return left_s < 0; }) == 0) continue;  // in vectors
-      for (int ix{0}; ix < left_s_.width(); ++ix)
-        if (is_edge(ix, iy)) work(ix, iy);
-    }
+    for_used(0, left_s_.height(), [&](int ix, int iy, float left_s) {
+      if (left_s < 0) work(ix, iy);
+    });
+  }
+  /// Calls work(ix, iy) for the cells of rows begin … end − 1 that have been seen.
+  template <class Work>
+  void for_seen(int begin, int end, const Work& work) const {
+    for_used(begin, end, [&](int ix, int iy, float left_s) {
+      if (left_s > 0) work(ix, iy);
+    });
   }
   /// Seconds since the cell was seen; infinite: none that count.
   [[nodiscard]] float age_s(int ix, int iy) const {
@@ -78,15 +80,24 @@ class GroundWitness {
   void exchange(State& state) {
     state(left_s_, from_m_);
   }
-  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(left_s_, from_m_, moved_); }
+  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(left_s_, from_m_); }
 
  private:
   static constexpr float edge{-1};
 
+  // Calls work(ix, iy, left_s) for the cells that have been seen or have an edge, and some others.
+  template <class Work>
+  void for_used(int begin, int end, const Work& work) const {
+    for (int iy{begin}; iy < end; ++iy) {
+      const float* const row{left_s_.row(iy)};
+      const auto is_empty = [row](int first) { return !any_of_group(first, [row](int ix) { return row[ix] != 0; }); };
+      for_groups(left_s_.width(), is_empty, [&](int ix) { work(ix, iy, row[ix]); });
+    }
+  }
+
   float memory_s_;
   Image<float> left_s_;  ///< seconds that the witness still counts; 0: none; `edge`: an edge
   Image<float> from_m_;  ///< see from_m()
-  Image<float> moved_;   ///< working memory
 };
 
 }  // namespace stereogrid

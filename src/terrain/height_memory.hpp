@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 
 #include "geometry/window.hpp"
 #include "memory_bytes.hpp"
@@ -33,7 +34,7 @@ class HeightMemory {
     bool is_sure;  ///< sure_sigmas over obstacle_height
   };
 
-  explicit HeightMemory(int window_cells) : cells_{window_cells, window_cells}, moved_{window_cells, window_cells} {}
+  explicit HeightMemory(int window_cells) : cells_{window_cells, window_cells} {}
 
   /// Adds what a frame has seen. `precision`: step over eight standard deviations of a sample's height; `samples`: up
   /// to samples_enough.
@@ -56,30 +57,27 @@ class HeightMemory {
   void clear_tall(int ix, int iy) { cells_(ix, iy).tall = 0; }
   void reset() { cells_.fill({}); }
   /// Moves with the window.
-  void move(Scroll scroll) { scroll_cells(scroll, cells_, moved_); }
+  void move(Scroll scroll) { scroll_cells(scroll, cells_); }
   /// Calls work(ix, iy, mean) for the cells with an obstacle: its mean is obstacle_sigmas over obstacle_height, or it
   /// is a bar, of which there is no mean.
   template <class Work>
   void for_obstacles(const Work& work) const {
-    for (int iy{0}; iy < cells_.height(); ++iy) {
-      for (int ix{0}; ix < cells_.width(); ++ix) {
-        const Cell& cell{cells_(ix, iy)};
-        const float weight{cell.weight + prior_weight};
-        if (cell.weighted <= obstacle_height * weight && cell.tall == 0) continue;
-        const float height{cell.weighted / weight};
-        const float sigma{height_sigma / std::sqrt(weight)};
-        if (height > obstacle_height + obstacle_sigmas * sigma)
-          work(ix, iy, Mean{height, cell.weight / weight_max, height > obstacle_height + sure_sigmas * sigma});
-        else if (std::popcount(cell.tall) >= bar_sightings)
-          work(ix, iy, Mean{0, 0, false});
-      }
-    }
+    for_used([&](int ix, int iy, const Cell& cell) {
+      const float weight{cell.weight + prior_weight};
+      if (cell.weighted <= obstacle_height * weight && cell.tall == 0) return;
+      const float height{cell.weighted / weight};
+      const float sigma{height_sigma / std::sqrt(weight)};
+      if (height > obstacle_height + obstacle_sigmas * sigma)
+        work(ix, iy, Mean{height, cell.weight / weight_max, height > obstacle_height + sure_sigmas * sigma});
+      else if (std::popcount(cell.tall) >= bar_sightings)
+        work(ix, iy, Mean{0, 0, false});
+    });
   }
   template <class State>
   void exchange(State& state) {
     state(cells_);
   }
-  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(cells_, moved_); }
+  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(cells_); }
 
  private:
   static constexpr float kept_of_other{0.95f};   ///< share per frame that sees the cell
@@ -99,8 +97,28 @@ class HeightMemory {
     std::uint32_t tall{0};  ///< frames with something tall, the last one in the lowest bit
   };
 
+  // All bits of a group's cells are zero.
+  static bool is_empty(const Cell* cells) {
+    constexpr std::size_t words{group_cells * sizeof(Cell) / sizeof(std::uint64_t)};
+    std::uint64_t bits{0};
+    for (std::size_t i{0}; i < words; ++i) {
+      std::uint64_t word{0};
+      std::memcpy(&word, reinterpret_cast<const std::byte*>(cells) + i * sizeof(word), sizeof(word));
+      bits |= word;
+    }
+    return bits == 0;
+  }
+  // Calls work(ix, iy, cell) for the cells that are not empty, and some others.
+  template <class Work>
+  void for_used(const Work& work) const {
+    for (int iy{0}; iy < cells_.height(); ++iy) {
+      const Cell* const row{cells_.row(iy)};
+      for_groups(
+          cells_.width(), [row](int first) { return is_empty(row + first); }, [&](int ix) { work(ix, iy, row[ix]); });
+    }
+  }
+
   Image<Cell> cells_;
-  Image<Cell> moved_;  ///< working memory
 };
 
 }  // namespace stereogrid

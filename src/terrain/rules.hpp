@@ -65,17 +65,18 @@ inline TerrainClass combined(TerrainClass one, TerrainClass other) {
   return rank(one) < rank(other) ? other : one;
 }
 
-/// Sixteen cells have the same rule. Two comparisons instead of a call of std::memcmp.
-inline bool are_alike(const CellRule* rules) {
-  static_assert(sizeof(CellRule) == 1);
+/// Sixteen cells have the same rule, or other byte. Two comparisons instead of a call of std::memcmp.
+template <class Byte>
+bool are_alike(const Byte* rules) {
+  static_assert(sizeof(Byte) == 1);
   std::uint64_t halves[2];
   std::memcpy(halves, rules, sizeof(halves));
-  return halves[0] == halves[1] && halves[0] == 0x0101010101010101U * static_cast<std::uint64_t>(*rules);
+  return halves[0] == halves[1] && halves[0] == 0x0101010101010101U * (halves[0] & 0xffU);
 }
 
-/// Calls work(begin, end, rule) for all cells of a row: for sixteen of the same rule, or for one.
-template <class Work>
-void for_cells(const CellRule* rules, int cells, const Work& work) {
+/// Calls work(begin, end, rule) for all cells of a row: for sixteen of the same rule, or other byte, or for one.
+template <class Byte, class Work>
+void for_cells(const Byte* rules, int cells, const Work& work) {
   constexpr int many{16};
   for (int i{0}; i < cells; i += many) {
     if (i + many <= cells && are_alike(rules + i)) {

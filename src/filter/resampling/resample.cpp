@@ -84,10 +84,15 @@ void complete_unobserved(const Pose2& world_from_vehicle, FrameResult& result) {
   const CellPlaces cells{places_in_window(grid_in_vehicle(vehicle.geometry, world_from_vehicle), world.geometry)};
   const auto age_at = [&](int ix, int iy) { return world.age_s(ix, iy); };
   for (int iy{0}; iy < vehicle.geometry.ny; ++iy) {
-    for (int ix{0}; ix < vehicle.geometry.nx; ++ix) {
-      complete_cell(age_at, world.geometry, cells.x_of(ix, iy), cells.y_of(ix, iy), vehicle.moving(ix, iy),
-                    vehicle.age_s(ix, iy), vehicle.occupancy(ix, iy));
-    }
+    float* const age_s{vehicle.age_s.row(iy)};
+    float* const occupancy{vehicle.occupancy.row(iy)};
+    const auto stays = [&](int first) {
+      return !any_of_group(first, [&](int ix) { return may_complete(age_s[ix], occupancy[ix]); });
+    };
+    for_groups(vehicle.geometry.nx, stays, [&](int ix) {
+      complete_cell(age_at, world.geometry, cells.x_of(ix, iy), cells.y_of(ix, iy), vehicle.moving(ix, iy), age_s[ix],
+                    occupancy[ix]);
+    });
   }
 }
 

@@ -29,11 +29,16 @@ STEREOGRID_HD inline float interpolated(const At& at, int width, int height, flo
   return among(value(ix, iy), value(ix + 1, iy), value(ix, iy + 1), value(ix + 1, iy + 1), x - left, y - low);
 }
 
+/// False: complete_cell() leaves a cell as it is. Without branches, for vectors.
+STEREOGRID_HD inline bool may_complete(float age_s, float occupancy) {
+  return !(age_s < INFINITY) & is_known(occupancy);
+}
+
 /// See complete_unobserved(): a cell at (x, y), in cells of the window from the corner of the first. `age_at(x, y)`.
 template <class AgeAt>
 STEREOGRID_HD inline void complete_cell(const AgeAt& age_at, const GridGeometry& window, float x, float y, float moving,
                                         float& age_s, float& occupancy) {
-  if (age_s < INFINITY || !is_known(occupancy)) return;
+  if (!may_complete(age_s, occupancy)) return;
   const int left{static_cast<int>(floorf(x - 0.5f))};
   const int low{static_cast<int>(floorf(y - 0.5f))};
   for (int iy{low}; iy <= low + 1; ++iy) {
