@@ -74,7 +74,8 @@ void bound_grids(const GridBounds<Host>& bounds, FrameResult& result) {
 
 FrameTerrain::FrameTerrain(const Rig& level_rig, const Config& config, const GridGeometry& vehicle_grid,
                            int window_cells)
-    : vehicle_grid_{vehicle_grid},
+    : estimates_ground_{config.ground.estimate},
+      vehicle_grid_{vehicle_grid},
       vehicle_{config.vehicle},
       terrain_{level_rig, limits_of(config), rings_of(config), config.matching.disparities},
       low_obstacles_{LowModel{level_rig, limits_of(config), config.grid.cell_size_m, window_cells,
@@ -242,13 +243,18 @@ float FrameTerrain::distance_to(int ix, int iy) const {
   return static_cast<float>(std::sqrt(at.x * at.x + at.y * at.y));
 }
 
-// Rules of the window are without low obstacles.
+// Rules of the window are without low obstacles. Behind a crest, stones pass for ground of a plane that is not
+// measured.
 void FrameTerrain::see_ground(std::span<const FrameTerrain* const> seen) {
-  for (int iy{0}; iy < window_rules_.height(); ++iy) {
-    for_cells(window_rules_.row(iy), window_rules_.width(), [&](int begin, int end, CellRule rule) {
-      if (rule != CellRule::as_observed) return;
-      for (int ix{begin}; ix < end; ++ix) witness_.see(ix, iy, distance_to(ix, iy));
-    });
+  for (const FrameTerrain* const one : seen) {
+    for (int iy{0}; iy < window_rules_.height() && one->is_measured_; ++iy) {
+      for_cells(one->window_rules_.row(iy), window_rules_.width(), [&](int begin, int end, CellRule rule) {
+        if (rule != CellRule::as_observed) return;
+        for (int ix{begin}; ix < end; ++ix) {
+          if (window_rules_(ix, iy) == CellRule::as_observed) witness_.see(ix, iy, distance_to(ix, iy));
+        }
+      });
+    }
   }
   for (const FrameTerrain* const one : seen) {
     one->low_obstacles_.for_high([&](int x, int y) {

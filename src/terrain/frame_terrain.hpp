@@ -40,7 +40,10 @@ class FrameTerrain {
   /// Begins a frame: what earlier ones have left moves with the window.
   void move(const TerrainPlace& place);
   /// After move(), where the camera has an image: before set_noise() and find(), see Terrain.
-  void begin(const Ground& ground, const Ground& surface) { terrain_.begin(ground, surface); }
+  void begin(const Ground& ground, const Ground& surface) {
+    is_measured_ = ground.estimated || !estimates_ground_;
+    terrain_.begin(ground, surface);
+  }
   [[nodiscard]] WalkFrame walk_frame() const { return terrain_.walk_frame(); }
   /// Sets the noise of the frame's samples, see Stages::begin_walk().
   void set_noise(const float* sigma_px) { terrain_.set_noise(sigma_px); }
@@ -148,6 +151,8 @@ class FrameTerrain {
   void see_claims(bool is_usable, const std::function<bool(Point2)>& claims_free);
   void find_witnesses(bool is_usable, const std::function<bool(Point2)>& claims_free, FrameResult& result) const;
 
+  bool estimates_ground_;
+  bool is_measured_{false};  ///< the last frame's plane, or as good as that
   GridGeometry vehicle_grid_;
   VehicleConfig vehicle_;
   Terrain terrain_;

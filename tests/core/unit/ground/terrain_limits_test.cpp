@@ -135,6 +135,7 @@ struct FrameOf {
   void see(const Image<float>& disparity, double dt_s = 0.1) {
     Ground ground;
     ground.height_m = vehicle.rig.camera_height_m;
+    ground.estimated = is_ground_measured;
     const Image<float> none{vehicle.rig.width_px, vehicle.rig.height_px};
     const GridGeometry cells{window.at(pose)};
     const GridInVehicle window_cells{grid_in_vehicle(cells, inverse(pose))};
@@ -187,6 +188,7 @@ struct FrameOf {
   LowObstacleFinder low{vehicle.rig, window.cells()};
   FrameTerrain terrain{vehicle.rig, config(), vehicle.grid, window.cells()};
   Pose2 pose{};
+  bool is_ground_measured{true};
   FrameResult result;
 };
 
@@ -351,6 +353,18 @@ TEST(Witness, FreeNeedsGroundSeenNowOrBefore) {
   EXPECT_EQ(frame.filtered_at(1), 0.5f) << "too old";
   EXPECT_EQ(frame.result.observed(5, frame.vehicle.grid.ny / 2), 0.5f);
   EXPECT_EQ(frame.witness_at(1).kind(), Witness::passable);
+}
+
+TEST(Witness, GroundOfAPlaneThatIsNotMeasuredIsNotRemembered) {
+  for (const bool is_measured : {true, false}) {
+    FrameOf frame{step(4, 3)};
+    frame.is_ground_measured = is_measured;
+    frame.see(disparity_of(frame.vehicle.rig, ramp(5, 0)));
+    EXPECT_EQ(frame.filtered_at(6), 0) << "in its own frame";
+    frame.pose = {5, 0, 0};
+    frame.see(Image<float>{frame.vehicle.rig.width_px, frame.vehicle.rig.height_px});
+    EXPECT_EQ(frame.filtered_at(1), is_measured ? 0 : 0.5f);
+  }
 }
 
 TEST(Witness, GroundInARejectedFrameIsNone) {
