@@ -47,11 +47,15 @@ class HeightMemory {
   }
   /// Clears the mean.
   void clear(int ix, int iy) { cells_(ix, iy) = {0, 0, cells_(ix, iy).tall}; }
-  /// Adds whether a frame that sees the cell has seen something tall.
-  void add_tall(int ix, int iy, bool is_tall) {
-    std::uint32_t& tall{cells_(ix, iy).tall};
-    tall = (tall << 1 | (is_tall ? 1 : 0)) & bar_frames;
+  /// Lets a frame pass for bars in view: is_in_view(ix, iy).
+  template <class IsInView>
+  void pass_bars(const IsInView& is_in_view) {
+    for_used(cells_, [&](int ix, int iy, Cell& cell) {
+      if (cell.tall != 0 && is_in_view(ix, iy)) cell.tall = cell.tall << 1 & bar_frames;
+    });
   }
+  /// After pass_bars(): the frame has seen something tall.
+  void add_tall(int ix, int iy) { cells_(ix, iy).tall |= 1; }
   [[nodiscard]] bool has_tall(int ix, int iy) const { return cells_(ix, iy).tall != 0; }
   /// No bar: rays show something.
   void clear_tall(int ix, int iy) { cells_(ix, iy).tall = 0; }
@@ -62,7 +66,7 @@ class HeightMemory {
   /// is a bar, of which there is no mean.
   template <class Work>
   void for_obstacles(const Work& work) const {
-    for_used([&](int ix, int iy, const Cell& cell) {
+    for_used(cells_, [&](int ix, int iy, const Cell& cell) {
       const float weight{cell.weight + prior_weight};
       if (cell.weighted <= obstacle_height * weight && cell.tall == 0) return;
       const float height{cell.weighted / weight};
@@ -88,7 +92,7 @@ class HeightMemory {
   static constexpr float prior_weight{0.1f};     ///< weight of level ground before any frame
   static constexpr float height_sigma{0.24f};    ///< noise of a height with weight 1
 
-  static constexpr std::uint32_t bar_frames{0xff};  ///< the last eight frames that see the cell
+  static constexpr std::uint32_t bar_frames{0xff};  ///< the last eight frames with the cell in view
   static constexpr int bar_sightings{3};            ///< as many of them show a bar; two are often wrong matches
 
   struct Cell {
@@ -109,12 +113,12 @@ class HeightMemory {
     return bits == 0;
   }
   // Calls work(ix, iy, cell) for the cells that are not empty, and some others.
-  template <class Work>
-  void for_used(const Work& work) const {
-    for (int iy{0}; iy < cells_.height(); ++iy) {
-      const Cell* const row{cells_.row(iy)};
+  template <class Cells, class Work>
+  static void for_used(Cells& cells, const Work& work) {
+    for (int iy{0}; iy < cells.height(); ++iy) {
+      auto* const row{cells.row(iy)};
       for_groups(
-          cells_.width(), [row](int first) { return is_empty(row + first); }, [&](int ix) { work(ix, iy, row[ix]); });
+          cells.width(), [row](int first) { return is_empty(row + first); }, [&](int ix) { work(ix, iy, row[ix]); });
     }
   }
 

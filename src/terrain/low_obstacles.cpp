@@ -30,6 +30,7 @@ LowModel::LowModel(const Rig& level_rig, const TerrainLimits& of_terrain, double
     : limits{of_terrain},
       cell_m{static_cast<float>(cell_size_m)},
       cx_px{static_cast<float>(level_rig.cx_px)},
+      columns{level_rig.width_px},
       rows{level_rig.height_px},
       last_place{static_cast<float>(Rings::last_place(disparities))},
       cells{window_cells},
@@ -286,9 +287,10 @@ void LowObstacleFinder::check() {
   });
 }
 
-// Rays and the filter decide about tall things that they see: these may move, and the matcher smears them. Before the
-// nearest ground in view, bars are wrong matches.
+// Rays and the filter decide about tall things that they see: these may move, and the matcher smears them.
 void LowObstacles::remember(const LowObstacles& of, View<const float> occupancy) {
+  const auto is_in_view = [&model = of.model_](int ix, int iy) { return model.is_in_view(ix, iy); };
+  memory_.pass_bars(is_in_view);
   for (const LowCell& cell : of.seen_) {
     if (cell.is_beside_tall)
       memory_.clear(cell.ix, cell.iy);
@@ -297,8 +299,8 @@ void LowObstacles::remember(const LowObstacles& of, View<const float> occupancy)
     if (!cell.is_tall && !memory_.has_tall(cell.ix, cell.iy)) continue;
     if (is_near_occupied(occupancy, cell.ix, cell.iy))
       memory_.clear_tall(cell.ix, cell.iy);
-    else
-      memory_.add_tall(cell.ix, cell.iy, cell.is_tall && of.model_.places.x_of(cell.ix, cell.iy) >= of.model_.near_m);
+    else if (cell.is_tall && is_in_view(cell.ix, cell.iy))
+      memory_.add_tall(cell.ix, cell.iy);
   }
 }
 

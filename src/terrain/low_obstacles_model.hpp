@@ -259,6 +259,12 @@ struct LowModel {
     return {static_cast<std::uint16_t>(ix),        static_cast<std::uint16_t>(iy), seen.height,  noise,
             static_cast<std::uint8_t>(seen.count), is_high(seen, is_beside_tall),  seen.is_tall, is_beside_tall};
   }
+  /// True: the camera sees ground in the cell if nothing is before it.
+  [[nodiscard]] bool is_in_view(int ix, int iy) const {
+    const float x{places.x_of(ix, iy)};
+    const float u{cx_px - camera.focal_px * places.y_of(ix, iy) / x};
+    return x >= near_m && x < end_m && u >= 0 && u < static_cast<float>(columns);
+  }
   /// Height that the matcher leaves of a step, where a row of the image is row_m high.
   [[nodiscard]] STEREOGRID_HD float matched_step_m(float row_m) const {
     return Max(matched_mean * limits.step_m, limits.step_m - lost_rows * row_m);
@@ -277,6 +283,7 @@ struct LowModel {
   TerrainLimits limits;
   float cell_m;
   float cx_px;
+  int columns;       ///< width of the image
   int rows;          ///< height of the image
   float last_place;  ///< the last one in a table of noise
   int cells;         ///< side of the window

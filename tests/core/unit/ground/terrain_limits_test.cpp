@@ -55,9 +55,13 @@ TEST(Terrain, DeviationGrowsWithTheNoiseOfTheFrame) {
 
 TEST(HeightMemory, ABarIsSeenInThreeOfEightFrames) {
   HeightMemory memory{3};
+  bool is_in_view{true};
   const auto bars_after = [&](std::initializer_list<bool> frames) {
     int bars{0};
-    for (const bool is_tall : frames) memory.add_tall(1, 2, is_tall);
+    for (const bool is_tall : frames) {
+      memory.pass_bars([&](int, int) { return is_in_view; });
+      if (is_tall) memory.add_tall(1, 2);
+    }
     memory.for_obstacles([&](int ix, int iy, const HeightMemory::Mean& mean) {
       ++bars;
       EXPECT_EQ(ix, 1);
@@ -71,6 +75,9 @@ TEST(HeightMemory, ABarIsSeenInThreeOfEightFrames) {
   memory.add(1, 2, 0, 1, HeightMemory::samples_enough);  // ground below it
   memory.clear(1, 2);                                    // beside something tall
   EXPECT_EQ(bars_after({}), 1);
+  is_in_view = false;
+  EXPECT_EQ(bars_after({false, false, false}), 1);
+  is_in_view = true;
   EXPECT_EQ(bars_after({false}), 0) << "the first one was nine frames ago";
   EXPECT_EQ(bars_after({true}), 1);
   memory.clear_tall(1, 2);
@@ -116,6 +123,31 @@ TEST(CellRules, BoundTheObservedOccupancy) {
     expect(rule, 0.1f, 0.7f);
     expect(rule, 0.9f, 0.9f);
   }
+}
+
+// A bar below the image is not in view.
+TEST(Terrain, LowObstaclesAreInViewFromTheLowestRowToTheLastSamples) {
+  const Vehicle vehicle{car()};
+  const Rig& rig{vehicle.rig};
+  const Window window{vehicle.grid};
+  const GridGeometry cells{window.at({})};
+  Ground ground;
+  ground.height_m = rig.camera_height_m;
+  constexpr float checked_m{6};
+  LowModel model{rig, vehicle.limits, cells.cell_size_m, window.cells(), 9, 64};
+  model.begin(TerrainCamera{rig, ground}, grid_in_vehicle(cells, {}), checked_m);
+  const double nearest_m{rig.camera_height_m * rig.focal_px / (rig.height_px - 1 - rig.cy_px)};
+  int seen{0};
+  for (int iy{0}; iy < cells.ny; ++iy) {
+    for (int ix{0}; ix < cells.nx; ++ix) {
+      const Point2 at{cells.centre(ix, iy)};
+      const double u{rig.cx_px - rig.focal_px * at.y / at.x};
+      const bool is_seen{at.x >= nearest_m && at.x < checked_m && u >= 0 && u < rig.width_px};
+      EXPECT_EQ(model.is_in_view(ix, iy), is_seen) << at.x << ' ' << at.y;
+      seen += is_seen ? 1 : 0;
+    }
+  }
+  EXPECT_GT(seen, 100);
 }
 
 /// The stage of frames with a height field ahead.
@@ -238,6 +270,24 @@ TEST(Terrain, ALowObstacleIsRemembered) {
   const CellIndex cell{*frame.result.world.geometry.cell_at({4.1, 0.1})};
   EXPECT_EQ(frame.result.world_terrain(cell.ix, cell.iy), TerrainClass::obstacle);
   EXPECT_NEAR(frame.result.world_elevation_m(cell.ix - 5, cell.iy), 0, 0.05f);
+}
+
+// Before the nearest ground in view, at 2.4 m, a bar is still in the image, but frames do not count there.
+TEST(Terrain, ABarIsRememberedUntilTheVehicleReachesIt) {
+  const Rig rig{car().rig};
+  const auto bar_at = [&](double x) {
+    Image<float> disparity{disparity_of(rig, ramp(5, 0))};
+    const int v{static_cast<int>(rig.cy_px + rig.focal_px * (rig.camera_height_m - 0.6) / x)};
+    for (int u{rig.width_px / 4}; u < rig.width_px * 3 / 4; ++u)
+      disparity(u, v) = disparity(u, v + 1) = static_cast<float>(rig.focal_px * rig.baseline_m / x);
+    return disparity;
+  };
+  FrameOf frame{ramp(5, 0)};
+  for (const double x : {4.1, 3.9, 3.7, 2.1, 2.1, 2.1, 2.1, 2.1, 2.1, 2.1, 2.1, 2.1, 2.1}) {
+    frame.pose = {4.1 - x, 0, 0};
+    frame.see(bar_at(x));
+    EXPECT_EQ(frame.filtered_at(x) == 0.7f, x < 3.8) << x;
+  }
 }
 
 // The memory of level ground outweighs a stone that a single frame shows; the frame itself does not pass it over.
