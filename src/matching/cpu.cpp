@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <functional>
 #include <vector>
 
 #include "backend/reference.hpp"
@@ -115,8 +116,8 @@ void add_tops(Cpu& cpu, const RoadPlane& plane, const MatchingConfig& config, Ma
   const int pairs{space.tops.height()};
   cpu.for_parts(pairs, cpu.threads(), [&](int part, int begin, int end) {
     std::uint8_t* memory{aligned(space.memory.data()) + static_cast<std::size_t>(part) * memory_of_band};
-    find_top_rows(begin, end, plane, rules, matches, space.tops,
-                  [&](int v) { return top_costs(images, v, rules, memory); });
+    const auto costs_of_row = [&](int v) { return top_costs(images, v, rules, memory); };
+    find_top_rows(begin, end, plane, rules, matches, space.tops, std::cref(costs_of_row));  // allocates nothing
   });
   cpu.for_parts(pairs, cpu.threads(), [&](int, int begin, int end) { put_top_rows(begin, end, space.tops, matches); });
 }
