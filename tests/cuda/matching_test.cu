@@ -11,7 +11,6 @@ namespace {
 constexpr RoadPlane plain_plane{4, 0, 0.2, 20, 15};
 constexpr RoadPlane rolled_plane{3.3, 0.07, 0.31, 30, 10};
 constexpr RoadPlane falling_plane{-2, -0.11, 0.15, 10, 5};  // mostly behind the camera: negative disparities
-constexpr RoadPlane no_road_plane{-1000, 0, 0, 0, 0};
 
 // Settings where every test of a match rejects some.
 MatchingConfig config_of(int window_px, int disparities) {
