@@ -101,6 +101,9 @@ struct PairFault {
   bool is_swapped{false};
 };
 
+/// A frame of the input; none beyond its end, and where it cannot be loaded.
+[[nodiscard]] std::optional<StereoFrame> loaded(const FrameSource& source, std::size_t index);
+
 /// Finds the fault of a pair that hardly matches: no texture, sides swapped, images of different instants, vertical
 /// misalignment, images rectified twice, upside down, disparities beyond the search range. The text is empty if none of
 /// them is found. Frames after it are those of the input's source, or else of `frame_at`.

@@ -65,15 +65,6 @@ Grey moved(const Grey& image, int rows) {
   return result;
 }
 
-std::optional<StereoFrame> loaded(const FrameSource& source, std::size_t index) {
-  if (index >= source.size()) return std::nullopt;
-  try {
-    return source.load(index);
-  } catch (const InputError&) {
-    return std::nullopt;
-  }
-}
-
 bool is_clearly_better(double share, double as_it_is, double factor = clearly) {
   return share > match_share_min && share > factor * as_it_is;
 }
@@ -313,6 +304,15 @@ std::vector<std::string> faults_of_frame(const StereoFrame& frame, const TallyCo
     if (fault) texts.push_back(*fault);
   }
   return texts;
+}
+
+std::optional<StereoFrame> loaded(const FrameSource& source, std::size_t index) {
+  if (index >= source.size()) return std::nullopt;
+  try {
+    return source.load(index);
+  } catch (const InputError&) {
+    return std::nullopt;
+  }
 }
 
 PairFault fault_of_pair(const TallyContext& context, const StereoFrame& frame) {

@@ -166,8 +166,10 @@ class CameraLook {
   }
 
   [[nodiscard]] TallyContext context() const {
-    return {input_, config_, rig_, pipeline_.next_rig(),
-            [this](std::size_t index) { return own_frame(all_.source->load(index), index); }};
+    return {input_, config_, rig_, pipeline_.next_rig(), [this](std::size_t index) {
+              const auto all{loaded(*all_.source, index)};
+              return all ? own_frame(*all, index) : std::nullopt;
+            }};
   }
 
   void measure_road() {
