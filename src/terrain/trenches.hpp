@@ -37,8 +37,11 @@ struct Trench {
 constexpr float ground_growth_min{0.5f};  ///< growth of the disparity per row around it, relative to level ground
 constexpr float rows_seen_min{0.8f};
 constexpr float rest_floor_px{0.08f};  ///< noise of the mean of sectors
-constexpr float rest_alone_px{0.1f};   ///< largest rest without a long chain
-constexpr float lower_slope{1.3f};     ///< least tangent of the line of sight to lower ground, relative to drop_slope
+/// Largest rest of lower ground in a sector, chosen on random layouts: the edge of 36 needs it, and at 0.13 the valley
+/// of 411 has one.
+constexpr float rest_lower_px{1.5f * rest_floor_px};
+constexpr float rest_alone_px{0.1f};  ///< largest rest without a long chain
+constexpr float lower_slope{1.3f};    ///< least tangent of the line of sight to lower ground, relative to drop_slope
 constexpr int sectors_beside{3};
 constexpr int chain_rows{3};    ///< rows between the edges of a chain
 constexpr int chain_reach{10};  ///< sectors from one trench of a chain to the next
@@ -166,7 +169,7 @@ struct TrenchBounds {
 };
 /// Bounds of a sector alone, and of one beside a long chain.
 STEREOGRID_HD constexpr TrenchBounds alone_bounds() {
-  return {0.7f, 1.6f, 130, 70, rest_alone_px, 0.05f, 1.5f * rest_floor_px};
+  return {0.7f, 1.6f, 130, 70, rest_alone_px, 0.05f, rest_lower_px};
 }
 STEREOGRID_HD constexpr TrenchBounds extension_bounds() {
   return {0.55f, 2.2f, 60, 40, 0.15f, 0.1f, 0.15f};
