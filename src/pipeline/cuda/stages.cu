@@ -292,6 +292,7 @@ void CudaStages::enqueue_match() {
 void CudaStages::enqueue_walk(const WalkFrame& frame) {
   stereogrid::begin_walk(cuda_, frame, device_.terrain);
   times_.mark(cuda_, StreamTimes::measured);
+  times_.let_wait(beside_, StreamTimes::answered);  // waits for a second match of external disparities, too
   find_trenches(beside_, device_.terrain);
   join();
   find_walk(cuda_, device_.terrain);
