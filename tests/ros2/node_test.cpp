@@ -243,12 +243,14 @@ TEST_F(Ros2Node, RefusesParametersThatDoNotFit) {
 TEST_F(Ros2Node, ReadsParametersWhenItIsConfigured) {
   constexpr std::uint8_t unconfigured{1};
   constexpr std::uint8_t inactive{2};
-  start({{"autostart", false}, {"poses", std::string{"gps"}}});
+  start({{"autostart", false}, {"poses", std::string{"gps"}}, {"filter.decay", 1.0}, {"grid.length_m", 20.0}});
   EXPECT_EQ(node_->configure().id(), unconfigured);
   EXPECT_THAT(logged(), Contains("parameter poses: gps (allowed tf, images, none)."));
   EXPECT_TRUE(node_->set_parameter({"poses", std::string{"none"}}).successful);
   EXPECT_TRUE(node_->set_parameter({"grid.length_m", std::int64_t{12}}).successful);
   EXPECT_EQ(node_->configure().id(), inactive);
+  EXPECT_THAT(logged(), Contains("parameter filter.decay is unknown, and has no effect."));
+  EXPECT_THAT(logged(), ::testing::Not(Contains("parameter grid.length_m is unknown, and has no effect.")));
   EXPECT_EQ(node_->set_parameter({"grid.length_m", 15.0}).reason,
             "parameter grid.length_m is read by configure: deactivate and clean up the node first.");
   EXPECT_EQ(node_->get_parameter("grid.length_m").as_int(), 12);

@@ -72,6 +72,10 @@ StereoGridNode::CallbackReturn StereoGridNode::on_configure(const rclcpp_lifecyc
     RCLCPP_ERROR(get_logger(), "%s", error.what());
     return CallbackReturn::FAILURE;
   }
+  for (const auto& [name, value] : get_node_parameters_interface()->get_parameter_overrides()) {
+    if (has_parameter(name) || name.starts_with("qos_overrides.")) continue;
+    RCLCPP_WARN(get_logger(), "parameter %s is unknown, and has no effect.", name.c_str());
+  }
   thresholds_ = settings_.thresholds;
   on_set_ = add_on_set_parameters_callback([this](const auto& parameters) { return set(parameters); });
   transforms_.emplace(get_clock());

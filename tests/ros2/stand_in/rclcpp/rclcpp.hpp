@@ -306,6 +306,17 @@ class NodeBaseInterface {
   std::string full_name_;
 };
 
+class NodeParametersInterface {
+ public:
+  using SharedPtr = std::shared_ptr<NodeParametersInterface>;
+  explicit NodeParametersInterface(std::map<std::string, ParameterValue> overrides)
+      : overrides_{std::move(overrides)} {}
+  [[nodiscard]] const std::map<std::string, ParameterValue>& get_parameter_overrides() const { return overrides_; }
+
+ private:
+  std::map<std::string, ParameterValue> overrides_;
+};
+
 /// The callback is removed with its last handle.
 struct OnSetParametersCallbackHandle {
   using SharedPtr = std::shared_ptr<OnSetParametersCallbackHandle>;
@@ -319,25 +330,27 @@ struct OnSetParametersCallbackHandle {
 class Node {
  public:
   Node(const std::string& name, const NodeOptions& options)
-      : base_{std::make_shared<node_interfaces::NodeBaseInterface>("/" + name)}, options_{options} {
-    std::vector<Parameter> all{options_.parameter_overrides()};
-    for (const auto& [parameter, text] : stand_in::world().arguments) all.emplace_back(parameter, text);
-    options_.parameter_overrides(all);
+      : base_{std::make_shared<node_interfaces::NodeBaseInterface>("/" + name)} {
+    std::map<std::string, ParameterValue> given;
+    for (const Parameter& one : options.parameter_overrides()) given[one.get_name()] = one.get_parameter_value();
+    for (const auto& [parameter, text] : stand_in::world().arguments) given[parameter] = ParameterValue{text};
+    parameters_ = std::make_shared<node_interfaces::NodeParametersInterface>(std::move(given));
   }
   Node(const Node&) = delete;
   Node& operator=(const Node&) = delete;
   virtual ~Node() = default;
 
   [[nodiscard]] node_interfaces::NodeBaseInterface::SharedPtr get_node_base_interface() { return base_; }
+  [[nodiscard]] node_interfaces::NodeParametersInterface::SharedPtr get_node_parameters_interface() {
+    return parameters_;
+  }
   [[nodiscard]] Logger get_logger() const { return {}; }
   [[nodiscard]] Clock::SharedPtr get_clock() { return std::make_shared<Clock>(); }
 
   const ParameterValue& declare_parameter(const std::string& name, const ParameterValue& usual,
                                           const rcl_interfaces::msg::ParameterDescriptor& descriptor) {
-    ParameterValue value{usual};
-    for (const Parameter& given : options_.parameter_overrides()) {
-      if (given.get_name() == name) value = given.get_parameter_value();
-    }
+    const auto given{parameters_->get_parameter_overrides().find(name)};
+    const ParameterValue value{given == parameters_->get_parameter_overrides().end() ? usual : given->second};
     if (!descriptor.dynamic_typing && value.get_type() != usual.get_type()) throw std::invalid_argument{name};
     if (!is_within(value, descriptor)) throw exceptions::InvalidParameterValueException{name + " is out of range"};
     if (const auto result{ask({{name, value}})}; !result.successful) {
@@ -416,7 +429,7 @@ class Node {
   }
 
   node_interfaces::NodeBaseInterface::SharedPtr base_;
-  NodeOptions options_;
+  node_interfaces::NodeParametersInterface::SharedPtr parameters_;
   std::map<std::string, Declared> declared_;
   std::vector<std::weak_ptr<OnSetParametersCallbackHandle>> on_set_;
 };

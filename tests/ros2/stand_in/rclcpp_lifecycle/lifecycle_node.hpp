@@ -45,6 +45,7 @@ class LifecycleNode : public node_interfaces::LifecycleNodeInterface, private rc
   using rclcpp::Node::get_clock;
   using rclcpp::Node::get_logger;
   using rclcpp::Node::get_node_base_interface;
+  using rclcpp::Node::get_node_parameters_interface;
   using rclcpp::Node::get_parameter;
   using rclcpp::Node::has_parameter;
   using rclcpp::Node::parameters;
