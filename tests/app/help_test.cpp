@@ -233,6 +233,7 @@ TEST_F(Simulate, ObeysItsOptions) {
 TEST_F(Info, ReportsWhatIsThere) {
   run_well({"simulate", small_scene("street", "&frames=3"), "--out", folder / "drive"});
   const std::string said{run_well({"info", folder / "drive"}).output};
+  EXPECT_THAT(said, ContainsRegex("rows +matched corners of both images differ by 0\\.[0-2][0-9] rows"));
   for (const char* part : {"plain folder", "3, 000000 to 000002", "160 × 100 px", "calibration.yaml", "poses.csv",
                            "10 frames per second", "100 × 100 cells", "3 can be used", "fine"}) {
     EXPECT_THAT(said, HasSubstr(part));

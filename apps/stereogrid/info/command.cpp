@@ -173,6 +173,11 @@ void print_look(const Look& look, std::size_t frames, const Config& config) {
     print_row(what, of_camera(look.camera, text));
   };
   row("looked at", fmt::format("{} of {} frames, {} can be used", look.looked_at, frames, look.usable));
+  if (look.row_residual_px) {
+    row("rows",
+        fmt::format("matched corners of both images differ by {:.2f} rows (median; well-calibrated pairs: below 0.3)",
+                    *look.row_residual_px));
+  }
   if (!config.ground.estimate || look.tried == 0) return;
   const std::string found{fmt::format("found in {} of {} frames", look.road_found, look.tried)};
   row("road", look.road_found == 0

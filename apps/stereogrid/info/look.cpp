@@ -14,6 +14,7 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/calibration.hpp"
 #include "stereogrid/io/recording.hpp"
+#include "stereogrid/io/rectifier.hpp"
 #include "stereogrid/pipeline.hpp"
 
 namespace stereogrid::app {
@@ -116,6 +117,7 @@ class CameraLook {
     const auto own{std::ranges::find_if(
         result.warnings, [](const Warning& warning) { return warning.text.starts_with("the lowest rows"); })};
     if (own != result.warnings.end()) own_vehicle_ = own->text;
+    if (const auto residual_px{io::row_residual_px(*frame)}) residuals_px_.push_back(*residual_px);
     if (!shows_road(summary)) return;
     found_.push_back(result.ground);
     found_.back().pitch_rad += result.rig.camera_pitch_rad - result.level_rig.camera_pitch_rad;
@@ -138,6 +140,7 @@ class CameraLook {
     look_.problems.insert(look_.problems.end(), found.texts.begin(), found.texts.end());
     if (!own_vehicle_.empty()) report(own_vehicle_);
     measure_road();
+    if (!residuals_px_.empty()) look_.row_residual_px = median(residuals_px_);
     const Rig& rig{pipeline_.next_rig()};
     look_.rig = rig;
     if (rig != rig_) {
@@ -194,6 +197,7 @@ class CameraLook {
   const Config& config_;
   Pipeline pipeline_;
   std::vector<Ground> found_;
+  std::vector<double> residuals_px_;
   FrameTally tally_;
   std::string own_vehicle_;  ///< warning of a frame that shows the vehicle itself
   Tally identical_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,13 +15,14 @@ namespace stereogrid::app {
 struct Look {
   std::string camera;  ///< name of one of several cameras
   std::size_t looked_at{0};
-  std::size_t usable{0};      ///< could be loaded
-  std::size_t tried{0};       ///< frames processed by the pipeline
-  std::size_t road_found{0};  ///< in frames tried
-  Ground road;                ///< medians where it was found; pitch of the images as they came
-  Rig rig;                    ///< with the extrinsics that a run would use after these frames
-  std::string mount;          ///< estimated extrinsics as a line for calibration.yaml; empty: none replaced the input's
-  bool is_hopeless{false};    ///< nothing that can be used would come of a run
+  std::size_t usable{0};                  ///< could be loaded
+  std::size_t tried{0};                   ///< frames processed by the pipeline
+  std::size_t road_found{0};              ///< in frames tried
+  std::optional<double> row_residual_px;  ///< median over frames of io::row_residual_px()
+  Ground road;                            ///< medians where it was found; pitch of the images as they came
+  Rig rig;                                ///< with the extrinsics that a run would use after these frames
+  std::string mount;        ///< estimated extrinsics as a line for calibration.yaml; empty: none replaced the input's
+  bool is_hopeless{false};  ///< nothing that can be used would come of a run
   std::vector<std::string> problems;
 };
 
