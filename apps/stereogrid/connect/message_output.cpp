@@ -2,11 +2,14 @@
 #include "connect/message_output.hpp"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <span>
 #include <string_view>
+#include <utility>
 
 #include "cli/program.hpp"
 #include "connect/mavlink.hpp"
@@ -225,6 +228,7 @@ struct MessageOutput::State {
   std::optional<ServerSink> live;
   std::optional<messages::Tee> all;
   std::vector<messages::FrameMessages> senders;
+  bool has_warned{false};
 };
 
 std::unique_ptr<messages::Sink> viewer_sink(server::Server& server) {
@@ -240,6 +244,15 @@ void MessageOutput::send(const StereoFrame& frame, const FrameResult& result, me
   std::vector<std::vector<std::uint8_t>> left(std::max<std::size_t>(result.cameras.size(), 1));
   std::vector<std::vector<std::uint8_t>> u_disparity(left.size());
   facts.stamp_ns = frame.stamp_ns;
+  // seconds of ROS have 32 bits, and times of MCAP begin in 1970
+  const bool has_stamp{frame.stamp_ns >= 0 &&
+                       frame.stamp_ns / 1'000'000'000 <= std::numeric_limits<std::int32_t>::max()};
+  if (!has_stamp && !std::exchange(state_->has_warned, true)) {
+    spdlog::warn(
+        "messages have no stamps before 1970 or after 2038: {} s becomes the nearest of them. Correct the clock of the "
+        "cameras.",
+        frame.stamp_ns / 1'000'000'000);
+  }
   if (!result.stages.occupancy.empty()) {
     const auto once = [&](std::vector<std::vector<std::uint8_t>>& jpegs, int camera, const auto& make) {
       std::vector<std::uint8_t>& jpeg{jpegs.at(static_cast<std::size_t>(camera))};

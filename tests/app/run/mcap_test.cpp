@@ -155,6 +155,17 @@ TEST_F(RunMcap, CountsTheFramesThatWereLeftOut) {
   EXPECT_EQ(values["dropped"], "1");
 }
 
+TEST_F(RunMcap, WarnsOnceOfStampsThatMessagesCannotHold) {
+  const fs::path drive{*folder / "late"};
+  run_well({"simulate", small_scene("empty", "&frames=2"), "--out", drive, "--no-truth"});
+  fs::remove(drive / "poses.csv");
+  std::ofstream{drive / "times.txt"} << "2500000000.0\n2500000000.1\n";
+  const Outcome late{run_well({"run", drive, "--out", *folder / "late_run", "--mcap"})};
+  const std::string warning{"messages have no stamps before 1970 or after 2038: 2500000000 s"};
+  ASSERT_THAT(late.errors, HasSubstr(warning));
+  EXPECT_THAT(late.errors.substr(late.errors.find(warning) + warning.size()), Not(HasSubstr(warning)));
+}
+
 TEST_F(RunMcap, EstimatedExtrinsicsArePublished) {
   const fs::path drive{*folder / "pitched"};
   run_well({"simulate", "scene:terrain?kind=bank&at=5&width=320&height=200&frames=6&camera_height=1.2&pitch_deg=8",
