@@ -105,8 +105,7 @@ TEST_F(GivenRecording, RightImagesMayComeBesideDisparities) {
   put_disparities("given", {"000046", "000047", "000048"});
   InputArguments arguments{{folder / "odometry"}, {}, ""};
   arguments.with_right = true;
-  expect_error<ConfigError>([&] { static_cast<void>(open_recording(arguments)); },
-                            {"--with-right needs --disparities"});
+  expect_error<ConfigError>([&] { return open_recording(arguments); }, {"--with-right needs --disparities"});
   arguments.disparities = folder / "given";
   fs::remove(folder / "odometry" / "image_1" / "000048.png");
   const auto recording{open_recording(arguments)};
@@ -123,7 +122,7 @@ TEST_F(GivenRecording, AMissingOneIsThatFramesError) {
   const auto recording{open("")};
   ASSERT_EQ(recording->size(), 3U);
   EXPECT_THAT(recording->contents().warnings, ElementsAre(HasSubstr("frame b: the disparity image is missing")));
-  expect_error([&] { static_cast<void>(recording->load(1)); }, {"b.png", "disparity image", "missing"});
+  expect_error([&] { return recording->load(1); }, {"b.png", "disparity image", "missing"});
   EXPECT_EQ(recording->load(2).disparity(0, 0), 5.0F);
 }
 
@@ -131,20 +130,19 @@ TEST_F(GivenRecording, AnotherSizeIsThatFramesError) {
   put_plain_given();
   write_png(folder / "disparity" / "b.png", Image<std::uint16_t>{small_width_px, 32, 512});
   const auto recording{open("")};
-  expect_error([&] { static_cast<void>(recording->load(1)); }, {"b.png", "65×33", "65×32", "same size"});
+  expect_error([&] { return recording->load(1); }, {"b.png", "65×33", "65×32", "same size"});
   EXPECT_EQ(recording->load(0).disparity(0, 0), 3.0F);
 }
 
 TEST_F(GivenRecording, FoldersThatCannotBeUsed) {
   put_plain_given();
-  expect_error([&] { static_cast<void>(open("", folder / "nowhere")); }, {"nowhere", "no such folder"});
+  expect_error([&] { return open("", folder / "nowhere"); }, {"nowhere", "no such folder"});
   fs::create_directories(folder / "empty");
-  expect_error([&] { static_cast<void>(open("", folder / "empty")); }, {"empty", "no images", "NPY"});
+  expect_error([&] { return open("", folder / "empty"); }, {"empty", "no images", "NPY"});
   put_disparities("others", {"x"});
-  expect_error([&] { static_cast<void>(open("", folder / "others")); },
-               {"no left image has a disparity one", "left and others"});
+  expect_error([&] { return open("", folder / "others"); }, {"no left image has a disparity one", "left and others"});
   put(folder / "disparity" / "a.npy", "");
-  expect_error([&] { static_cast<void>(open("")); }, {"a.", "another image of the same name"});
+  expect_error([&] { return open(""); }, {"a.", "another image of the same name"});
 }
 
 }  // namespace

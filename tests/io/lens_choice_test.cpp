@@ -86,7 +86,7 @@ TEST_F(LensChoice, AsksWhereImagesDoNotShowIt) {
   for (const char* const side : {"left", "right"}) {
     write_png(folder / side / "1.png", Image<std::uint8_t>{width_px, height_px, 90});
   }
-  expect_error([&] { static_cast<void>(open()); }, {"stereo.json", "lens: fisheye", "from: FILE"});
+  expect_error([&] { return open(); }, {"stereo.json", "lens: fisheye", "from: FILE"});
   put(folder / "calibration.yaml", "from: stereo.json\nlens: fisheye\n");
   EXPECT_EQ(open()->contents().calibration.raw->left.lens, LensModel::fisheye);
 }

@@ -105,7 +105,7 @@ TEST_F(RecordingTest, ACameraMayMissImages) {
   EXPECT_FALSE(queue.next()->warning);
   EXPECT_THAT(queue.next()->warning.value(), HasSubstr("front: no usable images"));
   fs::remove(folder / "rear" / "right" / "b.png");
-  expect_error([&] { static_cast<void>(open()->load(1)); }, {"left", "b.png", "missing"});
+  expect_error([&] { return open()->load(1); }, {"left", "b.png", "missing"});
 }
 
 // A frame of the slower camera is used once.
@@ -137,7 +137,7 @@ TEST_F(RecordingTest, FramesFileSaysWhichFramesTheLinesBelongTo) {
   put(folder / "frames.txt", "000046\n000047\n000048\n");
   EXPECT_EQ(open()->size(), 3U);
   put(folder / "frames.txt", "000046\n000046\n");
-  expect_error([&] { static_cast<void>(open()); }, {"frames.txt", "twice"});
+  expect_error([&] { return open(); }, {"frames.txt", "twice"});
 }
 
 TEST_F(RecordingTest, OtherPosesCanBeNamedOrLeftOut) {
@@ -235,7 +235,7 @@ TEST_F(RecordingTest, ImagePair) {
   EXPECT_EQ(recording->contents().kind, "image pair");
   EXPECT_EQ(recording->load(0).right(3, 3), 110);
   EXPECT_EQ(recording->name(0), "x");
-  expect_error([&] { static_cast<void>(open_recording({paths, {}, ""})); }, {"no calibration", "--calibration"});
+  expect_error([&] { return open_recording({paths, {}, ""}); }, {"no calibration", "--calibration"});
 }
 
 TEST_F(RecordingTest, CalibrationCanBeNamed) {

@@ -16,6 +16,10 @@ std::optional<fs::path> data_folder() {
   return fs::is_directory(folder) ? std::optional{folder.lexically_normal()} : std::nullopt;
 }
 
+void expect_no_recording(const InputArguments& arguments, std::initializer_list<std::string_view> parts) {
+  expect_error([&] { return open_recording(arguments); }, parts);
+}
+
 std::string big_endian(std::uint32_t value) {
   std::string bytes;
   for (int shift{24}; shift >= 0; shift -= 8) bytes += static_cast<char>(value >> shift & 0xff);

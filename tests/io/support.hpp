@@ -13,6 +13,7 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/frame.hpp"
 #include "stereogrid/io/image_file.hpp"
+#include "stereogrid/io/recording.hpp"
 
 namespace stereogrid::io::testing {
 
@@ -49,6 +50,9 @@ void expect_error(Action&& action, std::initializer_list<std::string_view> parts
     ADD_FAILURE() << "another exception: " << error.what();
   }
 }
+
+/// Expects an input to be refused.
+void expect_no_recording(const InputArguments& arguments, std::initializer_list<std::string_view> parts);
 
 constexpr int small_width_px{65};
 constexpr int small_height_px{33};

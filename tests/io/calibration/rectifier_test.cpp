@@ -174,7 +174,7 @@ TEST(Rectifier, TakesFisheyeLensesAsTheyAre) {
 TEST(Rectifier, RefusesLensesOfTwoKinds) {
   RawPair raw{fisheye_pair(400)};
   raw.right.lens = LensModel::perspective;
-  expect_error([&] { static_cast<void>(Rectifier{raw, width_px, height_px}); }, {"fisheye", "the other has not"});
+  expect_error([&] { return Rectifier{raw, width_px, height_px}; }, {"fisheye", "the other has not"});
 }
 
 TEST_F(RawPairOnDisk, RecordingRectifiesOnLoading) {
@@ -212,7 +212,7 @@ TEST_F(RawPairOnDisk, Findings) {
         ASSERT_NE(text.find(from), std::string::npos);
         text.replace(text.find(from), from.size(), to);
         put(folder / "b.yaml", text);
-        expect_error([&] { static_cast<void>(read_calibration(folder / "b.yaml")); }, parts);
+        expect_error([&] { return read_calibration(folder / "b.yaml"); }, parts);
       }};
   refused("[-0.2998, 0.006, -0.009]", "[0.2998, 0.006, -0.009]", {"b.yaml", "negative", "swapped"});
   refused("[-0.2998, 0.006, -0.009]", "[0, 0, 0]", {"baseline is zero"});

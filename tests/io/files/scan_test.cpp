@@ -37,12 +37,12 @@ TEST_F(Scan, LeavesOutWhatDidNotReturn) {
   ASSERT_EQ(points.size(), 1U);
   EXPECT_EQ(points[0].x_m, 7);
   put_floats(folder / "b.bin", {none, none, none, none});
-  expect_error([&] { static_cast<void>(read_scan(folder / "b.bin")); }, {"b.bin", "finite"});
+  expect_error([&] { return read_scan(folder / "b.bin"); }, {"b.bin", "finite"});
 }
 
 TEST_F(Scan, Findings) {
   const auto refused{[&](const fs::path& path, std::initializer_list<std::string_view> parts) {
-    expect_error([&] { static_cast<void>(read_scan(path)); }, parts);
+    expect_error([&] { return read_scan(path); }, parts);
   }};
   refused(folder / "none.bin", {"none.bin", "no such file"});
   refused(folder.path(), {"is a folder"});
@@ -79,7 +79,7 @@ TEST_F(TruthDisparity, IsScaled) {
 
 TEST_F(TruthDisparity, Findings) {
   const auto refused{[&](const char* name, std::initializer_list<std::string_view> parts) {
-    expect_error([&] { static_cast<void>(read_truth_disparity(folder / name)); }, parts);
+    expect_error([&] { return read_truth_disparity(folder / name); }, parts);
   }};
   refused("none.png", {"none.png", "no such file"});
   write_png(folder / "bytes.png", Image<std::uint8_t>{4, 4, 77});

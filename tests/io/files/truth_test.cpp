@@ -163,7 +163,7 @@ TEST_F(PlainFolder, HalfWrittenIsNotTakenForWhole) {
   const FrameTruth truth{made_up_truth("a", 3)};
   PlainFolderWriter writer{folder / "out", rig, grid};
   writer.write(frame_of(truth), &truth);
-  expect_error([&] { static_cast<void>(open_recording({{folder / "out"}, {}, ""})); }, {"no calibration"});
+  expect_no_recording({{folder / "out"}, {}, ""}, {"no calibration"});
   expect_error([&] { PlainFolderWriter(folder / "out", rig); }, {"out", "already holds a recording"});
 }
 
@@ -184,7 +184,7 @@ TEST_F(PlainFolder, CamerasHaveFoldersOfTheirOwn) {
   frame.others[0].camera = 1;
   PlainFolderWriter writer{folder / "out", rigs, grid};
   writer.write(frame, &truth);
-  expect_error([&] { static_cast<void>(open_recording({{folder / "out"}, {}, ""})); }, {"out"});
+  expect_no_recording({{folder / "out"}, {}, ""}, {"out"});
   writer.finish();
   const auto recording{open_recording({{folder / "out"}, {}, ""})};
   EXPECT_TRUE(std::ranges::equal(recording->rigs(), rigs));
@@ -197,7 +197,7 @@ TEST_F(PlainFolder, TruthErrors) {
   write(made_up_truth("a", 3));
   const fs::path truth{folder / "out" / "truth"};
   const auto refused{[&](std::initializer_list<std::string_view> parts) {
-    expect_error([&] { static_cast<void>(TruthReader{truth}.frame("a")); }, parts);
+    expect_error([&] { return TruthReader{truth}.frame("a"); }, parts);
   }};
   write_png(truth / "label" / "a.png", Image<std::uint8_t>{5, 5});
   refused({"label/a.png", "another size"});
@@ -209,7 +209,7 @@ TEST_F(PlainFolder, TruthErrors) {
   refused({"cells/a.npz", "'occupied'"});
   write_npz(truth / "cells" / "a.npz", std::vector<NpzArray>{{"state", {6, 4}, values}});
   refused({"cells/a.npz", "'state'", "grid.json"});
-  expect_error([&] { static_cast<void>(TruthReader{truth}.frame("b")); }, {"no frame b"});
+  expect_error([&] { return TruthReader{truth}.frame("b"); }, {"no frame b"});
   put(truth / "objects.jsonl", "{\"name\": \"a\"}\n");
   refused({"objects.jsonl", "frame a is not understood"});
   put(truth / "objects.jsonl", "nonsense\n");
@@ -265,7 +265,7 @@ struct ObjectLabels : FolderTest {
     return read_object_labels(folder / "objects.jsonl");
   }
   void expect_refused(const std::string& text, std::string_view part) const {
-    expect_error([&] { static_cast<void>(read(text)); }, {"objects.jsonl", part});
+    expect_error([&] { return read(text); }, {"objects.jsonl", part});
   }
 };
 
