@@ -29,9 +29,30 @@ def frames(scene: sg.Recording) -> list[sg.Frame]:
     return list(scene)
 
 
+def pipeline_of(recording: sg.Recording, **options: Any) -> sg.Pipeline:
+    return sg.Pipeline(sg.preset("default"), recording.rig, device="cpu", **options)
+
+
+def write_run(folder: Path, recording: sg.Recording, count: int = 100, **options: Any) -> Path:
+    """Ends after `count` frames."""
+    with sg.RunWriter(folder, recording, pipeline_of(recording), **options) as run:
+        for number, frame in enumerate(run, 1):
+            run.process(frame)
+            if number == count:
+                break
+    return folder
+
+
+def check_same_grids(run: Path, expected: Path) -> None:
+    names = sorted(file.name for file in (expected / "grids").iterdir())
+    assert names and sorted(file.name for file in (run / "grids").iterdir()) == names
+    for name in names:
+        assert (run / "grids" / name).read_bytes() == (expected / "grids" / name).read_bytes(), name
+
+
 @pytest.fixture
 def pipeline(scene: sg.Recording) -> sg.Pipeline:
-    return sg.Pipeline(sg.preset("default"), scene.rig, device="cpu")
+    return pipeline_of(scene)
 
 
 @pytest.fixture(scope="session")

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from conftest import pipeline_of
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -19,12 +20,11 @@ import stereogrid as sg
 
 
 def occupancy(scene: sg.Recording, left: Any, right: Any = None, **arguments: Any) -> Any:
-    return sg.Pipeline(sg.preset("default"), scene.rig, device="cpu").process(left, right, **arguments).occupancy
+    return pipeline_of(scene).process(left, right, **arguments).occupancy
 
 
 def test_arrays_equal_the_frame(scene: sg.Recording, frames: list[sg.Frame]) -> None:
-    by_frame = sg.Pipeline(sg.preset("default"), scene.rig, device="cpu")
-    by_arrays = sg.Pipeline(sg.preset("default"), scene.rig, device="cpu")
+    by_frame, by_arrays = pipeline_of(scene), pipeline_of(scene)
     for frame in frames:
         expected = by_frame.process(frame)
         assert frame.right is not None
@@ -55,8 +55,7 @@ def test_equal_pixels_give_equal_results(change: Any, scene: sg.Recording, frame
 
 
 def test_images_are_not_kept(scene: sg.Recording, frames: list[sg.Frame]) -> None:
-    expected = sg.Pipeline(sg.preset("default"), scene.rig, device="cpu")
-    pipeline = sg.Pipeline(sg.preset("default"), scene.rig, device="cpu")
+    expected, pipeline = pipeline_of(scene), pipeline_of(scene)
     left, right = np.empty_like(frames[0].left), np.empty_like(frames[0].left)
     references = sys.getrefcount(left)
     for frame in frames:
@@ -122,7 +121,7 @@ def test_other_grids(scene: sg.Recording, frames: list[sg.Frame]) -> None:
     assert (fused > occupancy(scene, frame.left, frame.right, pose=frame.pose)).any()
     frame.other_grids = grids
     del grids
-    by_frame = sg.Pipeline(sg.preset("default"), scene.rig, device="cpu").process(frame)
+    by_frame = pipeline_of(scene).process(frame)
     np.testing.assert_array_equal(by_frame.occupancy, fused)
     assert frame.other_grids[0].confidence is None
     np.testing.assert_array_equal(frame.other_grids[1].occupancy, cells)
@@ -209,7 +208,7 @@ PIPELINES: list[sg.Pipeline] = []
 
 def shared_pipeline(scene: sg.Recording) -> sg.Pipeline:
     if not PIPELINES:
-        PIPELINES.append(sg.Pipeline(sg.preset("default"), scene.rig, device="cpu"))
+        PIPELINES.append(pipeline_of(scene))
     return PIPELINES[0]
 
 
@@ -238,7 +237,7 @@ def test_disparities_of_another_sign_or_scale(scene: sg.Recording, frames: list[
 
 
 def test_warns_once_of_stamps_in_another_unit(scene: sg.Recording, frames: list[sg.Frame]) -> None:
-    pipeline = sg.Pipeline(sg.preset("default"), scene.rig, device="cpu")
+    pipeline = pipeline_of(scene)
     with pytest.warns(RuntimeWarning) as warned:
         for i, frame in enumerate(frames[:3]):
             assert frame.right is not None

@@ -29,31 +29,19 @@ def check_equal(run: Path, folder: Path, recording: sg.Recording, config: sg.Con
             check_arrays(result, arrays)
         assert [status.name for status in result.status] == line["status"]
         assert result.warnings == line["warnings"]
-        assert [obstacle.id for obstacle in result.obstacles] == [o["id"] for o in line["obstacles"]]
-        assert [obstacle.outline.tolist() for obstacle in result.obstacles] == [
-            o["outline_m"] for o in line["obstacles"]
-        ]
+        expected = [(written["id"], written["outline_m"]) for written in line["obstacles"]]
+        assert [(obstacle.id, obstacle.outline.tolist()) for obstacle in result.obstacles] == expected
 
 
 def check_arrays(result: sg.FrameResult, arrays: Any) -> None:
-    for name in (
-        "observed",
-        "occupancy",
-        "moving",
-        "age_s",
-        "velocity",
-        "velocity_covariance",
-        "elevation_m",
-        "terrain",
-        "world_elevation_m",
-        "world_elevation_sigma_m",
-        "world_terrain",
-    ):
+    filtered = ["occupancy", "moving", "age_s", "velocity", "velocity_covariance"]
+    terrain = ["elevation_m", "terrain", "world_elevation_m", "world_elevation_sigma_m", "world_terrain"]
+    for name in ["observed", *filtered, *terrain]:
         if name in arrays:
             np.testing.assert_array_equal(getattr(result, name), arrays[name], strict=True)
         else:
             assert getattr(result, name) is None
-    for name in ("occupancy", "moving", "age_s", "velocity", "velocity_covariance"):
+    for name in filtered:
         np.testing.assert_array_equal(getattr(result.world, name), arrays["world_" + name], strict=True)
     assert [result.world.grid.x_min_m, result.world.grid.y_min_m] == arrays["world_origin"].tolist()
 

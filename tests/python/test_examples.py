@@ -89,9 +89,8 @@ def test_snippets(drive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 
 
 def check(*command: str | Path) -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", *map(str, command)], cwd=ROOT, capture_output=True, text=True, check=False
-    )
+    line = [sys.executable, "-m", *map(str, command)]
+    done = subprocess.run(line, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
 
 

@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from conftest import write_run
 
 import stereogrid as sg
 
@@ -77,10 +78,7 @@ def test_tracks_of_a_run(tmp_path: Path) -> None:
     from stereogrid import plot
 
     recording = sg.simulate("crossing", frames=12, width_px=256, height_px=160)
-    with sg.RunWriter(tmp_path / "run", recording, sg.Pipeline(sg.preset("default"), recording.rig)) as run:
-        for frame in run:
-            run.process(frame)
-    axes = plot.tracks(sg.read_run(tmp_path / "run"), frames_min=4)
+    axes = plot.tracks(sg.read_run(write_run(tmp_path / "run", recording)), frames_min=4)
     assert len(axes.lines) > 1 and axes.get_xlabel() == "x (m)"
 
 

@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
+import cmath
 import dataclasses
 import json
-import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -26,19 +26,8 @@ def recorded(tool: Callable[..., str], tmp_path_factory: pytest.TempPathFactory)
     """Folder of a run, with drive.mcap in it."""
     folder = tmp_path_factory.mktemp("peers") / "run"
     scene = f"scene:crossing?frames={FRAMES}&width=256&height=160"
-    tool(
-        "run",
-        scene,
-        "--out",
-        folder,
-        "--mcap",
-        folder / "drive.mcap",
-        "--predict",
-        "0.5",
-        "--save-stages",
-        "--points-voxel",
-        "0",
-    )
+    more = ["--predict", "0.5", "--save-stages", "--points-voxel", "0"]
+    tool("run", scene, "--out", folder, "--mcap", folder / "drive.mcap", *more)
     return folder
 
 
@@ -118,25 +107,19 @@ def test_poses_and_obstacles(recorded: Path, topics: Topics) -> None:
     count = 0
     for i, frame in enumerate(sg.read_run(recorded).frames):
         pose = frame.pose
-        for at in (
-            below(topics, "odometry")[i].pose.pose.position,
-            topics["/tf"][i].transforms[0].transform.translation,
-        ):
+        transform = topics["/tf"][i].transforms[0].transform
+        for at in (below(topics, "odometry")[i].pose.pose.position, transform.translation):
             assert (at.x, at.y) == pytest.approx((pose.x_m, pose.y_m))
         shown = [obstacle for obstacle in frame.obstacles if obstacle.confirmed]
         found, boxes = below(topics, "obstacles")[i].obstacles, below(topics, "detections")[i].detections
         assert len(found) == len(boxes) == len(shown)
-        cos, sin = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
+        turn = cmath.exp(1j * pose.yaw_rad)
         for obstacle, sent, box in zip(shown, found, boxes):
-            place = (
-                pose.x_m + cos * obstacle.x_m - sin * obstacle.y_m,
-                pose.y_m + sin * obstacle.x_m + cos * obstacle.y_m,
-            )
             assert int.from_bytes(bytes(sent.uuid.uuid)[8:], "big") == obstacle.id
-            assert (sent.position.x, sent.position.y) == pytest.approx(place)
-            assert (sent.velocity.x, sent.velocity.y) == pytest.approx(
-                (cos * obstacle.vx_mps - sin * obstacle.vy_mps, sin * obstacle.vx_mps + cos * obstacle.vy_mps)
-            )
+            place = complex(pose.x_m, pose.y_m) + turn * complex(obstacle.x_m, obstacle.y_m)
+            assert complex(sent.position.x, sent.position.y) == pytest.approx(place)
+            velocity = turn * complex(obstacle.vx_mps, obstacle.vy_mps)
+            assert complex(sent.velocity.x, sent.velocity.y) == pytest.approx(velocity)
             assert box.results[0].hypothesis.class_id == obstacle.kind
         outlines = [one for one in below(topics, "obstacle_markers")[i].markers if one.ns in ("outlines", "drops")]
         assert len(outlines) == len(shown)
@@ -185,9 +168,8 @@ def test_rerun_reads_every_topic(recorded: Path, topics: Topics) -> None:
         times.setdefault(part.entity_path, set()).update(batch["message_log_time"].to_pylist())
         if part.entity_path == "/stereo_grid/observed_grid":
             grids += [np.array(data, np.uint8).view(np.int8) for data in batch["GridMap:data"].to_pylist()]
-    assert {topic: len(of_topic) for topic, of_topic in times.items()} == {
-        topic: len(messages) for topic, messages in topics.items()
-    }
+    counts = [{topic: len(found) for topic, found in source.items()} for source in (times, topics)]
+    assert counts[0] == counts[1]
     assert len(grids) == FRAMES
     for grid, message in zip(grids, below(topics, "observed_grid")):
         np.testing.assert_array_equal(grid.reshape(cells(message).shape)[::-1], cells(message))

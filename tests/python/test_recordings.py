@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from conftest import check_same_grids, pipeline_of, write_run
 
 import stereogrid as sg
 
@@ -137,21 +138,6 @@ def copies(frames: list[sg.Frame]) -> list[sg.Frame]:
     return [sg.Frame(f.left, f.right, f.stamp_ns, f.pose) for f in frames]
 
 
-def write(folder: Path, recording: sg.Recording) -> Path:
-    pipeline = sg.Pipeline(sg.preset("default"), recording.rig, device="cpu")
-    with sg.RunWriter(folder, recording, pipeline) as run:
-        for frame in run:
-            run.process(frame)
-    return folder
-
-
-def check_same_grids(run: Path, expected: Path) -> None:
-    names = sorted(file.name for file in (expected / "grids").iterdir())
-    assert names and sorted(file.name for file in (run / "grids").iterdir()) == names
-    for name in names:
-        assert (run / "grids" / name).read_bytes() == (expected / "grids" / name).read_bytes(), name
-
-
 def test_a_frame_of_arrays(scene: sg.Recording, frames: list[sg.Frame], pipeline: sg.Pipeline) -> None:
     original = frames[2]
     assert original.right is not None
@@ -162,7 +148,7 @@ def test_a_frame_of_arrays(scene: sg.Recording, frames: list[sg.Frame], pipeline
     assert sg.Frame(original.left, original.right, index=3, name="x").stamp_ns == 300_000_000
     with pytest.raises(sg.InputError, match="no truth"):
         frame.truth  # noqa: B018
-    other = sg.Pipeline(sg.preset("default"), scene.rig, device="cpu")
+    other = pipeline_of(scene)
     for frame, made in zip(frames, copies(frames)):
         np.testing.assert_array_equal(pipeline.process(frame).occupancy, other.process(made).occupancy)
 
@@ -204,7 +190,7 @@ def test_a_run_over_frames_in_memory(scene: sg.Recording, frames: list[sg.Frame]
     recording = sg.Recording(copies(frames), scene.rig)
     assert len(recording) == 4 and recording.kind == "arrays" and not recording.has_truth
     assert [frame.name for frame in recording] == [frame.name for frame in frames]
-    check_same_grids(write(tmp_path / "run", recording), write(tmp_path / "scene", scene))
+    check_same_grids(write_run(tmp_path / "run", recording), write_run(tmp_path / "scene", scene))
     run = sg.read_run(tmp_path / "run")
     assert [frame.index for frame in run.frames] == [0, 1, 2, 3]
     facts = json.loads((tmp_path / "run/run.json").read_text())
@@ -216,9 +202,8 @@ def test_a_run_over_frames_in_memory(scene: sg.Recording, frames: list[sg.Frame]
 def test_frames_of_arrays_in_the_run_of_a_recording(
     scene: sg.Recording, frames: list[sg.Frame], tmp_path: Path
 ) -> None:
-    write(tmp_path / "scene", scene)
-    pipeline = sg.Pipeline(sg.preset("default"), scene.rig, device="cpu")
-    with sg.RunWriter(tmp_path / "run", scene, pipeline) as run:
+    write_run(tmp_path / "scene", scene)
+    with sg.RunWriter(tmp_path / "run", scene, pipeline_of(scene)) as run:
         for frame in frames:
             run.process(sg.Frame(frame.left, frame.right, frame.stamp_ns, frame.pose, index=frame.index))
     check_same_grids(tmp_path / "run", tmp_path / "scene")
@@ -228,7 +213,7 @@ def test_recordings_of_frames_with_disparities(scene: sg.Recording, frames: list
     made = [sg.Frame(f.left, stamp_ns=f.stamp_ns, disparity=f.truth.disparity) for f in frames]
     recording = sg.Recording(made, scene.rig)
     assert all(frame.pose is None and frame.right is None for frame in recording)
-    write(tmp_path / "run", recording)
+    write_run(tmp_path / "run", recording)
     assert json.loads((tmp_path / "run/run.json").read_text())["matcher"] == "given"
     with pytest.raises(sg.InputError, match="arrays"):
         sg.evaluate(tmp_path / "run")
@@ -265,7 +250,7 @@ def test_slices(places: slice, scene: sg.Recording, frames: list[sg.Frame]) -> N
 def test_a_slice_of_a_slice_and_its_run(drive: Path, tmp_path: Path) -> None:
     part = sg.open(drive)[1:5][1:3]
     assert [frame.name for frame in part] == ["000002", "000003"]
-    check_same_grids(write(tmp_path / "slice", part), write(tmp_path / "frames", sg.open(drive, frames="2:3")))
+    check_same_grids(write_run(tmp_path / "slice", part), write_run(tmp_path / "frames", sg.open(drive, frames="2:3")))
     with pytest.raises(ValueError, match="step 2"):
         part[::2]
     with pytest.raises(IndexError, match="no frames"):

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from conftest import pipeline_of
 
 import stereogrid as sg
 
@@ -93,7 +94,7 @@ def test_views_share_memory(pipeline: sg.Pipeline, frames: list[sg.Frame]) -> No
 
 @pytest.mark.parametrize("name", VIEWS)
 def test_a_view_keeps_its_result_and_never_changes(name: str, scene: sg.Recording, frames: list[sg.Frame]) -> None:
-    pipeline = sg.Pipeline(sg.preset("default"), scene.rig, device="cpu")
+    pipeline = pipeline_of(scene)
     view = getattr(pipeline.process(frames[0]), name)
     world = pipeline.process(frames[1]).world
     layer = world.occupancy
@@ -108,7 +109,7 @@ def test_a_view_keeps_its_result_and_never_changes(name: str, scene: sg.Recordin
 
 
 def test_obstacles(scene: sg.Recording, frames: list[sg.Frame]) -> None:
-    pipeline = sg.Pipeline(sg.preset("default"), scene.rig, device="cpu")
+    pipeline = pipeline_of(scene)
     results = [pipeline.process(frame) for frame in frames]
     obstacles = results[-1].obstacles
     assert obstacles
@@ -136,8 +137,7 @@ def test_occupancy_values(pipeline: sg.Pipeline, frames: list[sg.Frame]) -> None
 
 
 def test_state(scene: sg.Recording, frames: list[sg.Frame]) -> None:
-    first = sg.Pipeline(sg.preset("default"), scene.rig, device="cpu")
-    second = sg.Pipeline(sg.preset("default"), scene.rig, device="cpu")
+    first, second = pipeline_of(scene), pipeline_of(scene)
     first.process(frames[0])
     second.load_state(first.save_state())
     np.testing.assert_array_equal(first.process(frames[1]).occupancy, second.process(frames[1]).occupancy)
@@ -146,10 +146,8 @@ def test_state(scene: sg.Recording, frames: list[sg.Frame]) -> None:
 
 
 def test_grid() -> None:
-    grid = sg.Pipeline(
-        sg.preset("default"),
-        sg.Rig(width_px=256, height_px=160, focal_px=205, cx_px=128, cy_px=80, baseline_m=0.22),
-    ).grid
+    rig = sg.Rig(width_px=256, height_px=160, focal_px=205, cx_px=128, cy_px=80, baseline_m=0.22)
+    grid = sg.Pipeline(sg.preset("default"), rig).grid
     assert grid.cell_at(*grid.center(3, 5)) == (3, 5)
     assert grid.cell_at(-100, 0) is None
 
@@ -202,16 +200,7 @@ def test_results_and_frames_are_pickled(scene: sg.Recording, frames: list[sg.Fra
     for frame in frames:
         result = pipeline.process(frame)
     copy = pickle.loads(pickle.dumps(result))
-    for name in (
-        "occupancy",
-        "observed",
-        "velocity",
-        "velocity_covariance",
-        "age_s",
-        "elevation_m",
-        "terrain",
-        "world_elevation_m",
-    ):
+    for name in (*VIEWS, "velocity", "velocity_covariance", "elevation_m", "terrain", "world_elevation_m"):
         np.testing.assert_array_equal(getattr(copy, name), getattr(result, name), name)
     np.testing.assert_array_equal(copy.world.occupancy, result.world.occupancy)
     np.testing.assert_array_equal(copy.stages.visible, result.stages.visible)

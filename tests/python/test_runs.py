@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from conftest import check_same_grids, pipeline_of, write_run
 
 import stereogrid as sg
 
@@ -23,28 +24,20 @@ def lines_of(run: Path) -> list[dict[str, Any]]:
 
 
 def check_equal(run: Path, expected: Path) -> None:
-    names = sorted(file.name for file in (expected / "grids").iterdir())
-    assert sorted(file.name for file in (run / "grids").iterdir()) == names
-    for name in names:
-        assert (run / "grids" / name).read_bytes() == (expected / "grids" / name).read_bytes(), name
+    check_same_grids(run, expected)
     assert lines_of(run) == lines_of(expected)
     facts = [json.loads((folder / "run.json").read_text()) for folder in (run, expected)]
-    assert (
-        all(facts[0][key] == facts[1][key] for key in ("config", "input", "frames")) and facts[0]["frames"]["complete"]
-    )
+    assert facts[0]["frames"]["complete"]
+    assert all(facts[0][key] == facts[1][key] for key in ("config", "input", "frames"))
 
 
 def writer(folder: Path, drive: Path, **options: Any) -> sg.RunWriter:
     recording = sg.open(drive)
-    return sg.RunWriter(folder, recording, sg.Pipeline(sg.preset("default"), recording.rig, device="cpu"), **options)
+    return sg.RunWriter(folder, recording, pipeline_of(recording), **options)
 
 
-def write(folder: Path, drive: Path, count: int = 100, **options: Any) -> None:
-    with writer(folder, drive, **options) as run:
-        for number, frame in enumerate(run, 1):
-            run.process(frame)
-            if number == count:
-                break
+def write(folder: Path, drive: Path, **options: Any) -> None:
+    write_run(folder, sg.open(drive), **options)
 
 
 def test_a_folder_has_one_writer(drive: Path, tmp_path: Path) -> None:
@@ -59,10 +52,7 @@ def test_a_folder_has_one_writer(drive: Path, tmp_path: Path) -> None:
 
 
 def test_the_preset_of_the_cameras_height(tmp_path: Path) -> None:
-    low, high = (
-        "scene:corridor?camera=robot&frames=1&width=160&height=100",
-        "scene:street?frames=1&width=160&height=100",
-    )
+    low, high = (f"scene:{scene}frames=1&width=160&height=100" for scene in ("corridor?camera=robot&", "street?"))
     assert [sg.preset_for(sg.open(scene)) for scene in (low, high)] == ["robot", "default"]
     assert sg.run(low, tmp_path / "auto", config="auto").preset == "robot"
     with pytest.warns(RuntimeWarning, match="--preset robot is made for a camera 0.35 m above the ground"):
@@ -110,9 +100,8 @@ def test_a_stopped_run_continues(
     tool("run", drive, "--out", tmp_path / "tool", "--device", "cpu", *(["--poses", poses] if poses else []))
     for count in (3, 1, 100):  # stopped twice
         recording = sg.open(drive, poses=poses)
-        pipeline = sg.Pipeline(sg.preset("default"), recording.rig, device="cpu")
         options: dict[str, Any] = {"resume": True, "checkpoint_every": checkpoint_every}
-        with sg.RunWriter(tmp_path / "run", recording, pipeline, **options) as run:
+        with sg.RunWriter(tmp_path / "run", recording, pipeline_of(recording), **options) as run:
             for frame in run:
                 run.process(frame)
                 if frame.index == count:

@@ -15,12 +15,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from conftest import pipeline_of
 
 import stereogrid as sg
 
 
 def occupancies(recording: sg.Recording) -> list[Any]:
-    pipeline = sg.Pipeline(sg.preset("default"), recording.rig, device="cpu", threads=1)
+    pipeline = pipeline_of(recording, threads=1)
     return [pipeline.process(frame).occupancy for frame in recording]
 
 
@@ -32,7 +33,7 @@ def test_pipelines_in_threads_do_not_disturb_each_other(scene: sg.Recording) -> 
 
 
 def test_one_pipeline_in_two_threads_is_an_error(scene: sg.Recording, frames: list[sg.Frame]) -> None:
-    pipeline = sg.Pipeline(sg.preset("default"), scene.rig, device="cpu", threads=1)
+    pipeline = pipeline_of(scene, threads=1)
     errors: list[Exception] = []
     ended = threading.Event()
 
