@@ -54,10 +54,9 @@ TEST_F(Evaluate, ScoresTerrainOfASceneAndOfItsDriveAlike) {
   const std::string run{folder / "run"};
   run_scene(scene, folder / "run");
   run_well({"simulate", scene, "--out", folder / "drive"});
-  const auto scores = [&](const std::vector<std::string>& input) {
-    std::vector<std::string> words{"evaluate", run, "--json", folder / "scores.json"};
-    words.insert(words.end(), input.begin(), input.end());
-    EXPECT_THAT(run_well(words).output, HasSubstr("terrain (2 frames)"));
+  const auto scores = [&](const Words& input) {
+    EXPECT_THAT(run_well(joined({"evaluate", run, "--json", folder / "scores.json"}, input)).output,
+                HasSubstr("terrain (2 frames)"));
     return json_of(folder / "scores.json")["series"];
   };
   const Json own(scores({}));
@@ -98,11 +97,9 @@ TEST_F(Evaluate, ReadsTheTruthOfADriveAsThatOfItsScene) {
   run_well({"simulate", scene, "--out", drive});
   run_scene(scene, folder / "run");
   const std::string run{folder / "run"};
-  const auto band = [&](const std::vector<std::string>& input) {
+  const auto band = [&](const Words& input) {
     const std::string file{folder / "scores.json"};
-    std::vector<std::string> words{"evaluate", run, "--json", file};
-    words.insert(words.end(), input.begin(), input.end());
-    run_well(words);
+    run_well(joined({"evaluate", run, "--json", file}, input));
     return json_of(file)["series"]["occupancy"]["bands"]["3-20"];
   };
   const Json by_scene(band({}));
@@ -190,10 +187,8 @@ TEST_F(Evaluate, SaysWhatIsMissing) {
   const fs::path drive{folder / "drive"};
   run_well({"simulate", scene, "--out", drive});
   run_scene(drive.string(), folder / "run");
-  const auto error_text = [&](const std::vector<std::string>& words) {
-    std::vector<std::string> all{"evaluate", folder / "run"};
-    all.insert(all.end(), words.begin(), words.end());
-    return errors_of(65, all);
+  const auto error_text = [&](const Words& words) {
+    return errors_of(65, joined({"evaluate", folder / "run"}, words));
   };
   EXPECT_THAT(error_text({"--truth", "lidar"}), HasSubstr("has no lidar sweeps. It has exact truth"));
   EXPECT_THAT(error_text({"scene:empty?frames=2&width=200&height=100"}),
@@ -203,12 +198,7 @@ TEST_F(Evaluate, SaysWhatIsMissing) {
   // the same frames under other names
   const fs::path other{folder / "other"};
   run_well({"simulate", scene, "--out", other});
-  const std::string lines{text_of(other / "truth" / "objects.jsonl")};
-  std::string renamed{lines};
-  for (std::size_t at{renamed.find("\"00000")}; at != std::string::npos; at = renamed.find("\"00000", at + 1)) {
-    renamed.replace(at, 6, "\"10000");
-  }
-  std::ofstream{other / "truth" / "objects.jsonl"} << renamed;
+  edit(other / "truth" / "objects.jsonl", "\"00000", "\"10000");
   EXPECT_THAT(error_text({other}), HasSubstr("none of its frames (000000 to 000001) has ground truth"));
 
   fs::remove_all(drive / "truth");

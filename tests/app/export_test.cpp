@@ -69,26 +69,19 @@ LoadedMap loaded(const fs::path& yaml) {
 }
 
 /// One run, exported by all tests of this file.
-class Export : public ::testing::Test {
+class Export : public SharedFolderTest {
  protected:
   static void SetUpTestSuite() {
-    folder = std::make_unique<TemporaryFolder>();
+    SharedFolderTest::SetUpTestSuite();
     run_well({"run", small_scene("crossing", "&frames=8"), "--out", run(), "--frames", "2:6", "--mcap",
               *folder / "scan.mcap", "--mcap-topics", "scan"});
   }
-  static void TearDownTestSuite() { folder.reset(); }
   static fs::path run() { return folder->path() / "run"; }
   static Arrays grids(int index) { return io::read_npz(run() / "grids" / ("00000" + std::to_string(index) + ".npz")); }
   /// The words of a command that writes into the tests' folder.
-  static std::vector<std::string> words(std::vector<std::string> options) {
-    options.insert(options.begin(), {"export", run()});
-    return options;
-  }
+  static Words words(const Words& options) { return joined({"export", run()}, options); }
   static std::string at(const std::string& name) { return (*folder / name).string(); }
-
-  static std::unique_ptr<TemporaryFolder> folder;
 };
-std::unique_ptr<TemporaryFolder> Export::folder;
 
 TEST_F(Export, AMapIsLoadedAsTheGridWas) {
   run_well(words({"--nav2-map", at("maps/last")}));
@@ -176,20 +169,17 @@ TEST_F(Export, WritesNothingWhereAGridIsDamaged) {
 
 TEST(Nav2Params, AreThoseOfTheRunOrOfItsCalibration) {
   const TemporaryFolder folder;
-  const std::vector<std::string> settings{"--preset", "robot", "--set", "grid.length_m=4"};
-  std::vector<std::string> run{"run", small_scene("corridor", "&frames=2"), "--out", folder / "run", "--predict", "1"};
-  run.insert(run.end(), settings.begin(), settings.end());
-  run_well(run);
+  const Words settings{"--preset", "robot", "--set", "grid.length_m=4"};
+  run_well(joined({"run", small_scene("corridor", "&frames=2"), "--out", folder / "run", "--predict", "1"}, settings));
   const std::string of_run{run_well({"nav2-params", folder / "run"}).output};
   EXPECT_THAT(of_run, AllOf(HasSubstr("map_topic: /stereo_grid/planning_grid\n"), HasSubstr(" width: 10\n")))
       << "4 m ahead and 3 m aside are 5 m away";
   run_well({"simulate", small_scene("corridor", "&frames=1"), "--out", folder / "drive"});
-  std::vector<std::string> rig{"nav2-params", folder / "drive" / "calibration.yaml", "--predict", "1"};
-  rig.insert(rig.end(), settings.begin(), settings.end());
+  const Words rig{joined({"nav2-params", folder / "drive" / "calibration.yaml", "--predict", "1"}, settings)};
   EXPECT_EQ(run_well(rig).output, of_run);
-  rig.insert(rig.end(), {"--source", "scan", "--ros2-node", "a/b", "--frames", "map,base"});
-  EXPECT_THAT(run_well(rig).output, AllOf(HasSubstr(" topic: /a/b/scan\n"), HasSubstr(" global_frame: map\n"),
-                                          HasSubstr(" robot_base_frame: base\n")));
+  EXPECT_THAT(run_well(joined(rig, {"--source", "scan", "--ros2-node", "a/b", "--frames", "map,base"})).output,
+              AllOf(HasSubstr(" topic: /a/b/scan\n"), HasSubstr(" global_frame: map\n"),
+                    HasSubstr(" robot_base_frame: base\n")));
 }
 
 TEST(Nav2Params, OfARunTakeNoSettings) {

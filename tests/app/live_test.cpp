@@ -133,7 +133,7 @@ TEST_F(Live, ShowsAnotherPresetBeside) {
 
 /// A program that writes a drive's images at 10 Hz, each camera's to a socket of `folder`, over and over.
 Process camera_writer(const fs::path& drive, const TemporaryFolder& folder) {
-  std::vector<std::string> words{"-q"};
+  Words words{"-q"};
   for (const char* side : {"left", "right"}) {
     fs::remove(folder / side);
     std::istringstream pipeline{
@@ -199,7 +199,7 @@ TEST_F(Live, ShowsARun) {
 
 TEST_F(Live, RefusesWhatCannotBe) {
   const std::string calibration{small_calibration(folder).string()};
-  const auto expect_error = [](std::vector<std::string> words, int code, const std::string& part) {
+  const auto expect_error = [](Words words, int code, const std::string& part) {
     words.insert(words.begin(), "live");
     words.insert(words.end(), {"--listen", ":0"});
     EXPECT_THAT(errors_of(code, words), HasSubstr(part));

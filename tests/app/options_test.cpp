@@ -15,9 +15,7 @@ using Signals = FolderTest;
 TEST_F(Options, FramesOutOfRangeAreRefused) {
   const std::string out{folder / "run"};
   const std::string scene{small_scene("empty", "&frames=4")};
-  const auto run = [&](const std::string& frames) {
-    return std::vector<std::string>{"run", scene, "--out", out, "--frames", frames};
-  };
+  const auto run = [&](const std::string& frames) { return Words{"run", scene, "--out", out, "--frames", frames}; };
   for (const char* frames : {"4", "4:9"}) {
     expect_refused({run(frames), "the input has 4 frames, 0 to 3"});
   }
@@ -32,8 +30,7 @@ TEST_F(Options, FramesOutOfRangeAreRefused) {
 TEST_F(Options, SimulateRefusesWhatIsNoNumberOfFramesAndNoSeed) {
   const std::string out{folder / "drive"};
   const auto simulate = [&](const char* option, const std::string& value) {
-    return std::vector<std::string>{"simulate", "empty",    "--out", out,    "--width",
-                                    "64",       "--height", "48",    option, value};
+    return Words{"simulate", "empty", "--out", out, "--width", "64", "--height", "48", option, value};
   };
   struct Option {
     const char* name;
@@ -68,13 +65,13 @@ TEST_F(Options, AGridOfNoCellsIsRefused) {
   const std::string out{folder / "never"};
   const std::string scene{small_scene("empty", "&frames=1")};
   const std::string said{"grid.length_m is 1, grid.cell_size_m is 5: no cell along that side"};
-  const auto with_grid = [](std::vector<std::string> words) {
+  const auto with_grid = [](Words words) {
     words.insert(words.end(), {"--set", "grid.length_m=1", "--set", "grid.cell_size_m=5"});
     return words;
   };
-  for (const std::vector<std::string>& words : {std::vector<std::string>{"run", scene, "--out", out},
-                                                {"run", scene, "--out", out, "--pictures"},
-                                                {"live", scene, "--listen", "127.0.0.1:0"}}) {
+  for (const Words& words : {Words{"run", scene, "--out", out},
+                             {"run", scene, "--out", out, "--pictures"},
+                             {"live", scene, "--listen", "127.0.0.1:0"}}) {
     expect_refused({with_grid(words), said});
   }
   EXPECT_FALSE(fs::exists(fs::path{out} / "run.json"));

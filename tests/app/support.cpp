@@ -6,7 +6,14 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <regex>
+
 namespace stereogrid::app::testing {
+
+Words joined(Words words, const Words& more) {
+  words.insert(words.end(), more.begin(), more.end());
+  return words;
+}
 
 std::string quoted(const std::string& word) {
   std::string text{"'"};
@@ -14,11 +21,11 @@ std::string quoted(const std::string& word) {
   return text + "'";
 }
 
-Outcome run_tool(const std::vector<std::string>& words, const std::string& environment) {
+Outcome run_tool(const Words& words, const std::string& environment) {
   return run_program(STEREOGRID_TOOL, words, environment);
 }
 
-Outcome run_program(const std::string& program, const std::vector<std::string>& words, const std::string& environment) {
+Outcome run_program(const std::string& program, const Words& words, const std::string& environment) {
   const TemporaryFolder folder;
   std::string command{environment + " " + quoted(program)};
   for (const std::string& word : words) command += " " + quoted(word);
@@ -37,13 +44,13 @@ bool script_fills(const fs::path& report) {
   return std::system(("node " + quoted(check.string()) + " " + quoted(report.string())).c_str()) == 0;
 }
 
-Outcome run_well(const std::vector<std::string>& words) {
+Outcome run_well(const Words& words) {
   Outcome outcome{run_tool(words)};
   EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
   return outcome;
 }
 
-std::string errors_of(int exit_code, const std::vector<std::string>& words, const std::string& environment) {
+std::string errors_of(int exit_code, const Words& words, const std::string& environment) {
   const Outcome outcome{run_tool(words, environment)};
   EXPECT_EQ(outcome.exit_code, exit_code) << outcome.errors;
   return outcome.errors;
@@ -58,6 +65,13 @@ std::string text_of(const fs::path& path) {
   std::ostringstream text;
   text << std::ifstream{path, std::ios::binary}.rdbuf();
   return text.str();
+}
+
+void edit(const fs::path& path, const char* pattern, const std::string& replacement) {
+  const std::string text{text_of(path)};
+  const std::string edited{std::regex_replace(text, std::regex{pattern}, replacement)};
+  EXPECT_NE(edited, text) << pattern;
+  std::ofstream{path} << edited;
 }
 
 Json json_of(const fs::path& path) {
@@ -80,6 +94,14 @@ void wait_for_frames(const fs::path& run, std::size_t count) {
   while (lines_of(run).size() < count && std::chrono::steady_clock::now() < deadline) {
     std::this_thread::sleep_for(std::chrono::milliseconds{5});
   }
+}
+
+double value_at(const fs::path& run, const std::string& frame, const char* array, double x_m, double y_m) {
+  const auto cells{io::read_npz(run / "grids" / (frame + ".npz")).at(array).to_image<float>()};
+  const Json grid = json_of(run / "run.json").at("grid");
+  const double size_m{grid.at("cell_size_m")};
+  return static_cast<double>(cells(static_cast<int>((x_m - grid.at("x_min_m").get<double>()) / size_m),
+                                   static_cast<int>((y_m - grid.at("y_min_m").get<double>()) / size_m)));
 }
 
 std::vector<std::string> files_in(const fs::path& folder) {
@@ -112,9 +134,9 @@ int code_of(int status) {
 
 }  // namespace
 
-Process::Process(const std::vector<std::string>& words, int ignored) : Process{STEREOGRID_TOOL, words, ignored} {}
+Process::Process(const Words& words, int ignored) : Process{STEREOGRID_TOOL, words, ignored} {}
 
-Process::Process(const std::string& program, const std::vector<std::string>& words, int ignored) {
+Process::Process(const std::string& program, const Words& words, int ignored) {
   std::vector<std::string> copies{program};
   copies.insert(copies.end(), words.begin(), words.end());
   std::vector<char*> arguments;

@@ -25,30 +25,22 @@ class BagDepth : public DepthBags {
 
 TEST_F(BagDepth, GivesTheGridOfTheSameDisparities) {
   write("/camera/left/image_rect", "/camera/disparity", disparities());
-  ASSERT_EQ(run_bag(bag()).exit_code, 0);
-  const fs::path of_disparities{*folder / "of_disparities"};
-  fs::remove_all(of_disparities);
-  fs::rename(out(), of_disparities);
+  const fs::path of_disparities{run_bag_well("of_disparities")};
   EXPECT_NEAR(json_of(of_disparities / "run.json")["rig"]["baseline_m"], rig().baseline_m, 1e-6);
 
   write("/camera/left/image_rect", "/camera/depth/depth_registered", metres());
-  const Outcome outcome{run_bag(bag())};
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
-  EXPECT_EQ(json_of(out() / "run.json")["matcher"], "given");
-  expect_equal_grids(of_disparities, out(), 1e-4);
+  const fs::path of_depth{run_bag_well("of_depth")};
+  EXPECT_EQ(json_of(of_depth / "run.json")["matcher"], "given");
+  expect_equal_grids(of_disparities, of_depth, 1e-4);
 
   write("/camera/left/image_rect", "/camera/depth/image_rect_raw", millimetres());
-  ASSERT_EQ(run_bag(bag()).exit_code, 0);
-  expect_equal_grids(of_disparities, out(), 2e-3);
+  expect_equal_grids(of_disparities, run_bag_well("of_millimetres"), 2e-3);
 }
 
 // As compressed_depth_image_transport writes it: a header with two numbers, then a PNG; of floats it has a / z + b.
 TEST_F(BagDepth, MayBeCompressed) {
   write("/camera/left/image_rect", "/camera/depth/image_rect_raw", metres());
-  ASSERT_EQ(run_bag(bag()).exit_code, 0);
-  const fs::path plain_depth{*folder / "plain_depth"};
-  fs::remove_all(plain_depth);
-  fs::rename(out(), plain_depth);
+  const fs::path plain_depth{run_bag_well("plain_depth")};
   constexpr float a{10100};
   constexpr float b{1 - a / 10};
   for (const bool is_of_floats : {false, true}) {
@@ -67,9 +59,7 @@ TEST_F(BagDepth, MayBeCompressed) {
     const std::string png{text_of(*folder / "depth.png")};
     message_of.data.insert(message_of.data.end(), png.begin(), png.end());
     write("/camera/left/image_rect", "/camera/depth/image_rect_raw/compressedDepth", message_of);
-    const Outcome outcome{run_bag(bag())};
-    ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
-    expect_equal_grids(plain_depth, out(), 5e-3);
+    expect_equal_grids(plain_depth, run_bag_well("compressed"), 5e-3);
   }
 }
 
@@ -109,14 +99,9 @@ TEST_F(BagDepth, MayBeRvl) {
   packed.format = "16UC1; compressedDepth rvl";
   packed.data = rvl_of(values);
   write("/camera/left/image_rect", "/camera/depth/image_rect_raw", metres());
-  ASSERT_EQ(run_bag(bag()).exit_code, 0);
-  const fs::path plain_depth{*folder / "plain_depth"};
-  fs::remove_all(plain_depth);
-  fs::rename(out(), plain_depth);
+  const fs::path plain_depth{run_bag_well("plain_depth")};
   write("/camera/left/image_rect", "/camera/depth/image_rect_raw/compressedDepth", packed);
-  const Outcome outcome{run_bag(bag())};
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
-  expect_equal_grids(plain_depth, out(), 5e-3);
+  expect_equal_grids(plain_depth, run_bag_well("rvl"), 5e-3);
   packed.data.resize(packed.data.size() / 2);
   write("/camera/left/image_rect", "/camera/depth/image_rect_raw/compressedDepth", packed);
   EXPECT_THAT(run_bag(bag()).errors, HasSubstr("the RVL depth is damaged"));

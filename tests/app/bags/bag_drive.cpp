@@ -57,6 +57,16 @@ messages::std_msgs::Header header(std::int64_t stamp_ns) {
           "camera"};
 }
 
+messages::geometry_msgs::TransformStamped transform(const std::string& parent, const std::string& child,
+                                                    const messages::geometry_msgs::Vector3& translation,
+                                                    const messages::geometry_msgs::Quaternion& rotation) {
+  messages::geometry_msgs::TransformStamped one;
+  one.header.frame_id = parent;
+  one.child_frame_id = child;
+  one.transform = {translation, rotation};
+  return one;
+}
+
 messages::sensor_msgs::Image image_of(const Image<std::uint8_t>& grey, const std::string& encoding) {
   messages::sensor_msgs::Image message;
   message.width = static_cast<std::uint32_t>(grey.width());
@@ -80,18 +90,11 @@ messages::sensor_msgs::Image image_of(const Image<std::uint8_t>& grey, const std
   return message;
 }
 
-std::unique_ptr<TemporaryFolder> Bags::folder;
-
 void Bags::SetUpTestSuite() {
-  folder = std::make_unique<TemporaryFolder>();
+  SharedFolderTest::SetUpTestSuite();
   // values without rounding errors; CameraInfo has no extrinsics
   run_well({"simulate", small_scene("street", "&frames=4&focal=128&baseline=0.25"), "--out", drive(), "--no-truth"});
-  std::istringstream lines{text_of(drive() / "calibration.yaml")};
-  std::string without;
-  for (std::string line; std::getline(lines, line);) {
-    if (!line.starts_with("mount")) without += line + "\n";
-  }
-  std::ofstream{drive() / "calibration.yaml"} << without;
+  edit(drive() / "calibration.yaml", "mount.*\n", "");
   run_well({"run", drive(), "--out", plain(), "--poses", "none"});
 }
 
@@ -107,18 +110,8 @@ CameraInfo Bags::info(bool is_right, const Rig& rig) {
   message.d.resize(5);
   message.k = {rig.focal_px, 0, rig.cx_px, 0, rig.focal_px, rig.cy_px, 0, 0, 1};
   message.r = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  message.p = {rig.focal_px,
-               0,
-               rig.cx_px,
-               is_right ? -rig.focal_px * rig.baseline_m : 0,
-               0,
-               rig.focal_px,
-               rig.cy_px,
-               0,
-               0,
-               0,
-               1,
-               0};
+  const double shift{is_right ? -rig.focal_px * rig.baseline_m : 0};
+  message.p = {rig.focal_px, 0, rig.cx_px, shift, 0, rig.focal_px, rig.cy_px, 0, 0, 0, 1, 0};
   return message;
 }
 
@@ -164,11 +157,18 @@ std::vector<Entry> Bags::entries(const Wanted& wanted) {
   return all;
 }
 
-Outcome Bags::run_bag(const fs::path& path, const std::vector<std::string>& more) {
+Outcome Bags::run_bag(const fs::path& path, const Words& more) {
   fs::remove_all(out());
-  std::vector<std::string> words{"run", path, "--out", out()};
-  words.insert(words.end(), more.begin(), more.end());
-  return run_tool(words);
+  return run_tool(joined({"run", path, "--out", out()}, more));
+}
+
+fs::path Bags::run_bag_well(const char* name, const fs::path& path) {
+  const Outcome outcome{run_bag(path)};
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
+  fs::path run{*folder / name};
+  fs::remove_all(run);
+  fs::rename(out(), run);
+  return run;
 }
 
 std::string Bags::expect_plain(const std::vector<Entry>& content) {
@@ -179,15 +179,9 @@ std::string Bags::expect_plain(const std::vector<Entry>& content) {
   return outcome.errors;
 }
 
-void Bags::expect_error(const std::vector<Entry>& content, const std::string& said,
-                        const std::vector<std::string>& more) {
+void Bags::expect_error(const std::vector<Entry>& content, const std::string& said, const Words& more) {
   write_mcap(bag(), content);
-  std::vector<std::string> words{"info", bag()};
-  words.insert(words.end(), more.begin(), more.end());
-  const Outcome outcome{run_tool(words)};
-  EXPECT_EQ(outcome.exit_code, 65) << said;
-  EXPECT_THAT(outcome.errors, HasSubstr(said));
-  EXPECT_THAT(outcome.errors, HasSubstr("drive.mcap"));
+  EXPECT_THAT(errors_of(65, joined({"info", bag()}, more)), AllOf(HasSubstr(said), HasSubstr("drive.mcap")));
 }
 
 }  // namespace stereogrid::app::testing

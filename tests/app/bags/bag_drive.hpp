@@ -4,6 +4,7 @@
 #include "../support.hpp"
 #include "stereogrid/camera.hpp"
 #include "stereogrid/messages/cdr.hpp"
+#include "stereogrid/messages/geometry_msgs.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"
 
 namespace stereogrid::app::testing {
@@ -27,6 +28,11 @@ void write_mcap(const fs::path& path, const std::vector<Entry>& entries);
 void write_db3(const fs::path& folder, const std::vector<Entry>& entries);
 
 [[nodiscard]] messages::std_msgs::Header header(std::int64_t stamp_ns);
+[[nodiscard]] messages::geometry_msgs::TransformStamped transform(
+    const std::string& parent, const std::string& child, const messages::geometry_msgs::Vector3& translation,
+    const messages::geometry_msgs::Quaternion& rotation = {0, 0, 0, 1});
+/// An optical frame whose z points ahead and x to the right.
+constexpr messages::geometry_msgs::Quaternion ahead{-0.5, 0.5, -0.5, 0.5};
 /// `encoding`: mono8, mono16 (12 bits), or of three equal channels. Without header; rows have a margin.
 [[nodiscard]] messages::sensor_msgs::Image image_of(const Image<std::uint8_t>& grey, const std::string& encoding);
 
@@ -48,10 +54,9 @@ struct Wanted {
 };
 
 /// A drive of four frames as a plain folder, which each test puts into bags.
-class Bags : public ::testing::Test {
+class Bags : public SharedFolderTest {
  protected:
   static void SetUpTestSuite();
-  static void TearDownTestSuite() { folder.reset(); }
   static fs::path drive() { return *folder / "drive"; }
   static fs::path plain() { return *folder / "plain"; }  ///< its run
   static fs::path bag() { return *folder / "drive.mcap"; }
@@ -66,13 +71,12 @@ class Bags : public ::testing::Test {
   static std::vector<Entry> entries(const Wanted& wanted);
 
   /// Into out(), which is emptied before.
-  static Outcome run_bag(const fs::path& path, const std::vector<std::string>& more = {"--poses", "none"});
+  static Outcome run_bag(const fs::path& path, const Words& more = {"--poses", "none"});
+  /// The same, of a bag that can be used. `name`: where the results go to.
+  static fs::path run_bag_well(const char* name, const fs::path& path = bag());
   /// Expects the run of this bag to equal that of the plain folder. Returns its messages.
   static std::string expect_plain(const std::vector<Entry>& content);
-  static void expect_error(const std::vector<Entry>& content, const std::string& said,
-                           const std::vector<std::string>& more = {});
-
-  static std::unique_ptr<TemporaryFolder> folder;
+  static void expect_error(const std::vector<Entry>& content, const std::string& said, const Words& more = {});
 };
 
 }  // namespace stereogrid::app::testing

@@ -147,30 +147,14 @@ TEST_F(Bags, LuminanceAndSixteenBitsGiveWhatGreyGives) {
     }
     return pixel;
   };
-  const auto only = [](std::uint8_t y) { return Pixel{y}; };
+  const auto only = [](std::uint8_t y) { return Pixel(1, y); };
+  const auto before = [](std::uint8_t chroma) { return [chroma](std::uint8_t y) { return Pixel({y, chroma}); }; };
+  const auto behind = [](std::uint8_t chroma) { return [chroma](std::uint8_t y) { return Pixel({chroma, y}); }; };
   for (const Coding& coding :
-       {Coding{"yuyv", 2,
-               [](std::uint8_t y) {
-                 return Pixel{y, 128};
-               }},
-        Coding{"yuv422_yuy2", 2,
-               [](std::uint8_t y) {
-                 return Pixel{y, 90};
-               }},
-        Coding{"uyvy", 2,
-               [](std::uint8_t y) {
-                 return Pixel{128, y};
-               }},
-        Coding{"yuv422", 2,
-               [](std::uint8_t y) {
-                 return Pixel{90, y};
-               }},
-        Coding{"YUYV", 2,
-               [](std::uint8_t y) {
-                 return Pixel{y, 128};
-               }},
-        Coding{"i420", 1, only, 50}, Coding{"nv12", 1, only, 50}, Coding{"nv21", 1, only, 50},
-        Coding{"nv24", 1, only, 200}, Coding{"rgb16", 6, twelve_bits}, Coding{"bgr16", 6, twelve_bits}}) {
+       {Coding{"yuyv", 2, before(128)}, Coding{"yuv422_yuy2", 2, before(90)}, Coding{"uyvy", 2, behind(128)},
+        Coding{"yuv422", 2, behind(90)}, Coding{"YUYV", 2, before(128)}, Coding{"i420", 1, only, 50},
+        Coding{"nv12", 1, only, 50}, Coding{"nv21", 1, only, 50}, Coding{"nv24", 1, only, 200},
+        Coding{"rgb16", 6, twelve_bits}, Coding{"bgr16", 6, twelve_bits}}) {
     SCOPED_TRACE(coding.name);
     std::vector<Entry> all{entries({})};
     for (Entry& one : all) {

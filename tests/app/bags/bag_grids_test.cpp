@@ -3,7 +3,6 @@
 // Grids that a camera has computed, in a bag: a source for --fuse.
 #include "bag_drive.hpp"
 #include "stereogrid/io/recording.hpp"
-#include "stereogrid/messages/geometry_msgs.hpp"
 #include "stereogrid/messages/nav_msgs.hpp"
 
 namespace stereogrid::app::testing {
@@ -34,13 +33,8 @@ class BagGrids : public Bags {
   /// The drive's images with these grids, and the camera 0.2 m ahead of camera_link.
   static std::vector<Entry> with_grids(const std::function<void(std::vector<Entry>&, std::size_t frame)>& add) {
     std::vector<Entry> all{entries({})};
-    TFMessage still;
-    still.transforms.resize(1);
-    still.transforms[0].header.frame_id = "camera_link";
-    still.transforms[0].child_frame_id = "left_optical";
-    still.transforms[0].transform.translation = {0.2, 0, 0};
-    still.transforms[0].transform.rotation = {-0.5, 0.5, -0.5, 0.5};
-    all.push_back(entry("/tf_static", start_ns, still));
+    all.push_back(
+        entry("/tf_static", start_ns, TFMessage{{transform("camera_link", "left_optical", {0.2, 0, 0}, ahead)}}));
     for (Entry& one : all) name_frame(one);
     for (std::size_t i{0}; i < frames; ++i) add(all, i);
     return all;
@@ -55,20 +49,11 @@ class BagGrids : public Bags {
   static void add_occupancy(std::vector<Entry>& all, std::size_t frame) {
     all.push_back(entry("/camera/occupancy", start_ns + stamp_of(frame), occupancy(frame)));
   }
-  /// Values of an array of a frame's file at a place.
-  static double value_at(const std::string& array, double x_m, double y_m) {
-    const Arrays grids{io::read_npz(out() / "grids" / "000002.npz")};
-    const auto cells{grids.at(array).to_image<float>()};
-    const Json grid = json_of(out() / "run.json").at("grid");
-    const double size_m{grid.at("cell_size_m")};
-    return static_cast<double>(cells(static_cast<int>((x_m - grid.at("x_min_m").get<double>()) / size_m),
-                                     static_cast<int>((y_m - grid.at("y_min_m").get<double>()) / size_m)));
-  }
-  static Outcome run_fused(const std::vector<Entry>& content, const std::vector<std::string>& more = {}) {
+  /// Observed straight ahead.
+  static double observed(double x_m) { return value_at(out(), "000002", "observed", x_m, 0); }
+  static Outcome run_fused(const std::vector<Entry>& content, const Words& more = {}) {
     write_mcap(bag(), content);
-    std::vector<std::string> words{"--poses", "none", "--fuse", "grids"};
-    words.insert(words.end(), more.begin(), more.end());
-    return run_bag(bag(), words);
+    return run_bag(bag(), joined({"--poses", "none", "--fuse", "grids"}, more));
   }
 };
 
@@ -76,9 +61,8 @@ TEST_F(BagGrids, AreFusedWhereTfPutsThem) {
   const Outcome run{run_fused(with_grids(add_occupancy))};
   ASSERT_EQ(run.exit_code, 0) << run.errors;
   EXPECT_EQ(json_of(out() / "run.json").at("fuse").at("source"), "grids");
-  EXPECT_GT(value_at("observed", 3.3, 0), 0.6);  // 0.2 m nearer than in the grid's own frame
-  EXPECT_LT(value_at("observed", 4.3, 0), 0.4);
-  const Arrays grids{io::read_npz(out() / "grids" / "000002.npz")};
+  EXPECT_GT(observed(3.3), 0.6);  // 0.2 m nearer than in the grid's own frame
+  EXPECT_LT(observed(4.3), 0.4);
   EXPECT_THAT(run.errors, Not(HasSubstr("stereo alone")));
   EXPECT_THAT(run_tool({"info", bag()}).output, HasSubstr("/camera/occupancy in 'camera_link'"));
 }
@@ -88,22 +72,17 @@ TEST_F(BagGrids, LieInTheVehicleOfPlacedCameras) {
   for (Entry& one : all) {
     if (one.topic.starts_with("/left/") || one.topic.starts_with("/right/")) one.topic = "/front" + one.topic;
   }
-  TFMessage robot;  // camera_link 1 m ahead of base_link
-  robot.transforms.resize(1);
-  robot.transforms[0].header.frame_id = "base_link";
-  robot.transforms[0].child_frame_id = "camera_link";
-  robot.transforms[0].transform = {{1, 0, 1.65}, {0, 0, 0, 1}};
-  all.push_back(entry("/tf_static", start_ns, robot));
+  all.push_back(entry("/tf_static", start_ns, TFMessage{{transform("base_link", "camera_link", {1, 0, 1.65})}}));
   const Outcome run{run_fused(all, {"--cameras", "/front"})};
   ASSERT_EQ(run.exit_code, 0) << run.errors;
   EXPECT_THAT(run.errors, HasSubstr("1.20 m ahead, 0.00 m and 0.0° to the left in base_link"));
-  EXPECT_GT(value_at("observed", 4.3, 0), 0.6);
-  EXPECT_LT(value_at("observed", 5.3, 0), 0.4);
+  EXPECT_GT(observed(4.3), 0.6);
+  EXPECT_LT(observed(5.3), 0.4);
 }
 
 TEST_F(BagGrids, HaveTheConfidenceOfTheirCertainty) {
   ASSERT_EQ(run_fused(with_grids(add_occupancy)).exit_code, 0);
-  const double binary{value_at("observed", 3.3, 0)};
+  const double binary{observed(3.3)};
   const auto with_certainty = [](std::int8_t percent) {
     return with_grids([percent](std::vector<Entry>& all, std::size_t frame) {
       add_occupancy(all, frame);
@@ -113,9 +92,9 @@ TEST_F(BagGrids, HaveTheConfidenceOfTheirCertainty) {
     });
   };
   ASSERT_EQ(run_fused(with_certainty(99)).exit_code, 0);
-  EXPECT_GT(value_at("observed", 3.3, 0), binary);
+  EXPECT_GT(observed(3.3), binary);
   ASSERT_EQ(run_fused(with_certainty(20)).exit_code, 0);
-  EXPECT_LT(value_at("observed", 3.3, 0), binary);
+  EXPECT_LT(observed(3.3), binary);
   EXPECT_THAT(run_tool({"info", bag()}).output, HasSubstr("/camera/occupancy with /camera/occupancy_certainty"));
 }
 
@@ -130,11 +109,11 @@ TEST_F(BagGrids, CellsOfGridCellsAreOccupiedAndOthersUnknown) {
   };
   write_mcap(bag(), with_grids(add));
   ASSERT_EQ(run_bag(bag(), {"--poses", "none"}).exit_code, 0);
-  const double beside{value_at("observed", 4.3, 0)};
+  const double beside{observed(4.3)};
   const Outcome run{run_fused(with_grids(add))};
   ASSERT_EQ(run.exit_code, 0) << run.errors;
-  EXPECT_GT(value_at("observed", 3.3, 0), 0.6);
-  EXPECT_NEAR(value_at("observed", 4.3, 0), beside, 0.05);
+  EXPECT_GT(observed(3.3), 0.6);
+  EXPECT_NEAR(observed(4.3), beside, 0.05);
 }
 
 TEST_F(BagGrids, InAFixedFrameWithoutItsPosesAreRefused) {

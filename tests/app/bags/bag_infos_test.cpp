@@ -2,7 +2,6 @@
 //
 // CameraInfo of bags: on a topic for each camera, on one of both, or not there.
 #include "bag_drive.hpp"
-#include "stereogrid/messages/geometry_msgs.hpp"
 
 namespace stereogrid::app::testing {
 namespace {
@@ -44,12 +43,8 @@ TEST_F(BagInfos, WithoutBaselineTakeThatOfTf) {
   right.p[3] = 0;
   add(all, "/left/camera_info", info(false), "left_optical");
   add(all, "/right/camera_info", right, "right_optical");
-  messages::tf2_msgs::TFMessage fixed;
-  fixed.transforms.resize(1);
-  fixed.transforms[0].header.frame_id = "left_optical";
-  fixed.transforms[0].child_frame_id = "right_optical";
-  fixed.transforms[0].transform.translation = {baseline_m, 0, 0};
-  all.push_back(entry("/tf_static", start_ns, fixed));
+  all.push_back(entry("/tf_static", start_ns,
+                      messages::tf2_msgs::TFMessage{{transform("left_optical", "right_optical", {baseline_m, 0, 0})}}));
   EXPECT_THAT(expect_plain(all), HasSubstr("from left_optical to right_optical on /tf_static"));
 }
 

@@ -2,7 +2,6 @@
 //
 // Poses in bags that cannot be used: they are dropped, counted and reported.
 #include "bag_drive.hpp"
-#include "stereogrid/messages/geometry_msgs.hpp"
 #include "stereogrid/messages/nav_msgs.hpp"
 
 namespace stereogrid::app::testing {
@@ -147,15 +146,9 @@ TEST_F(BagPoses, ThatContradictEachOtherAreCounted) {
 /// Transforms of a tree: those of wheels are never looked at.
 std::vector<Entry> with_tf(std::vector<Entry> all, const char* parent, const char* child, double length) {
   for (std::size_t i{0}; i < frames; ++i) {
-    TFMessage message;
-    message.transforms.resize(2);
-    message.transforms[0].header.frame_id = "base_link";
-    message.transforms[0].child_frame_id = "wheel";
-    message.transforms[0].transform.rotation = {0, 0, 0, 0};
-    message.transforms[1].header = header(static_cast<std::int64_t>(i) * step_ns);
-    message.transforms[1].header.frame_id = parent;
-    message.transforms[1].child_frame_id = child;
-    message.transforms[1].transform.rotation = turned(i, length);
+    TFMessage message{
+        {transform("base_link", "wheel", {}, {0, 0, 0, 0}), transform(parent, child, {}, turned(i, length))}};
+    message.transforms[1].header.stamp = header(static_cast<std::int64_t>(i) * step_ns).stamp;
     all.push_back(entry("/tf", start_ns + static_cast<std::int64_t>(i) * step_ns, message));
   }
   return all;
@@ -176,13 +169,8 @@ TEST_F(BagPoses, OfTheVehicleAreMovedToTheCamera) {
     message.pose.pose.orientation = turned(i, 1);
     message.child_frame_id = "base_link";
   })};
-  TFMessage fixed;
-  fixed.transforms.resize(1);
-  fixed.transforms[0].header.frame_id = "base_link";
-  fixed.transforms[0].child_frame_id = header(0).frame_id;
-  fixed.transforms[0].transform.translation = {0.9, 0, 1.2};
-  fixed.transforms[0].transform.rotation = {-0.5, 0.5, -0.5, 0.5};  // z ahead, x to the right
-  all.push_back(entry("/tf_static", start_ns, fixed));
+  all.push_back(
+      entry("/tf_static", start_ns, TFMessage{{transform("base_link", header(0).frame_id, {0.9, 0, 1.2}, ahead)}}));
   write_mcap(bag(), all);
   const Outcome outcome{run_bag(bag(), {})};
   EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;

@@ -5,22 +5,21 @@
 #include "stereogrid/io/calibration.hpp"
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/poses.hpp"
-#include "stereogrid/messages/geometry_msgs.hpp"
 #include "stereogrid/messages/nav_msgs.hpp"
 
 namespace stereogrid::app::testing {
 namespace {
 
 TEST_F(Bags, ACameraInfoOfALargerImageIsScaled) {
-  EXPECT_THAT(expect_plain(entries({.spoil_infos =
-                                        [](CameraInfo& left, CameraInfo& right) {
-                                          for (CameraInfo* info : {&left, &right}) {
-                                            info->width *= 2;
-                                            info->height *= 2;
-                                            for (const std::size_t i : {0, 3, 5}) info->p.at(i) *= 2;
-                                            for (const std::size_t i : {2, 6}) info->p.at(i) = 2 * info->p.at(i) + 0.5;
-                                          }
-                                        }})),
+  const auto doubled = [](CameraInfo& left, CameraInfo& right) {
+    for (CameraInfo* info : {&left, &right}) {
+      info->width *= 2;
+      info->height *= 2;
+      for (const std::size_t i : {0, 3, 5}) info->p.at(i) *= 2;
+      for (const std::size_t i : {2, 6}) info->p.at(i) = 2 * info->p.at(i) + 0.5;
+    }
+  };
+  EXPECT_THAT(expect_plain(entries({.spoil_infos = doubled})),
               HasSubstr("is for images of 320×200 px, but the images have 160×100: scaled by 0.5"));
 }
 
@@ -64,9 +63,8 @@ TEST_F(Bags, ADarkFirstFrameDoesNotSetTheScaleOfSixteenBits) {
 TEST_F(Bags, ZedsKindsOfImagesAreOneCamera) {
   const std::vector<Entry> plain_entries{entries({})};
   for (const std::vector<std::string>& kinds :  // the first one is taken; wrapper 5.1 and before
-       {std::vector<std::string>{"/gray/rect/image", "/color/rect/image", "/color/raw/image", "/gray/raw/image"},
-        std::vector<std::string>{"_gray/image_rect_gray", "/image_rect_color", "_raw/image_raw_color",
-                                 "_raw_gray/image_raw_gray"}}) {
+       {Words{"/gray/rect/image", "/color/rect/image", "/color/raw/image", "/gray/raw/image"},
+        Words{"_gray/image_rect_gray", "/image_rect_color", "_raw/image_raw_color", "_raw_gray/image_raw_gray"}}) {
     std::vector<Entry> all;
     for (const std::string& kind : kinds) {
       for (Entry one : plain_entries) {
@@ -155,14 +153,10 @@ TEST_F(Bags, PosesAreThoseOfOdometryOrTf) {
     odometry.pose.pose.position = {place.x_m, place.y_m, 0.3};
     odometry.pose.pose.orientation = turned_by(place.yaw_rad);
     with_odometry.push_back(entry("/odom", start_ns + pose.stamp_ns, odometry));
-    messages::tf2_msgs::TFMessage tf;
-    tf.transforms.resize(2);
-    tf.transforms[0].child_frame_id = "wheel";
-    tf.transforms[1].header = header(pose.stamp_ns);
-    tf.transforms[1].header.frame_id = "odom";
-    tf.transforms[1].child_frame_id = "base_link";
-    tf.transforms[1].transform.translation = {place.x_m, place.y_m, 0.3};
-    tf.transforms[1].transform.rotation = turned_by(place.yaw_rad);
+    messages::tf2_msgs::TFMessage tf{
+        {transform("", "wheel", {}),
+         transform("odom", "base_link", {place.x_m, place.y_m, 0.3}, turned_by(place.yaw_rad))}};
+    tf.transforms[1].header.stamp = header(pose.stamp_ns).stamp;
     with_tf.push_back(entry("/tf", start_ns + pose.stamp_ns, tf));
   }
   run_well({"run", drive(), "--out", *folder / "driven"});
@@ -257,18 +251,11 @@ class SeveralPairs : public Bags {
 
   /// base_footprint → base_link 0.3 m above it → the cameras' optical frames ahead or behind, level.
   static Entry transforms(std::size_t count = names.size()) {
-    messages::tf2_msgs::TFMessage message;
-    message.transforms.resize(1 + count);
-    message.transforms[0].header.frame_id = "base_footprint";
-    message.transforms[0].child_frame_id = "base_link";
-    message.transforms[0].transform = {{0, 0, 0.25}, {0, 0, 0, 1}};
+    messages::tf2_msgs::TFMessage message{{transform("base_footprint", "base_link", {0, 0, 0.25})}};
     for (std::size_t i{0}; i < count; ++i) {
-      auto& one{message.transforms[i + 1]};
-      one.header.frame_id = "base_link";
-      one.child_frame_id = frame_of(i);
-      one.transform.translation = {rig(i).camera_x_m, rig(i).camera_y_m, rig(i).camera_height_m - 0.25};
-      one.transform.rotation = i == 0 ? messages::geometry_msgs::Quaternion{-0.5, 0.5, -0.5, 0.5}
-                                      : messages::geometry_msgs::Quaternion{-0.5, -0.5, 0.5, 0.5};
+      message.transforms.push_back(
+          transform("base_link", frame_of(i), {rig(i).camera_x_m, rig(i).camera_y_m, rig(i).camera_height_m - 0.25},
+                    i == 0 ? ahead : messages::geometry_msgs::Quaternion{-0.5, -0.5, 0.5, 0.5}));
     }
     return entry("/tf_static", start_ns, message);
   }

@@ -34,7 +34,7 @@ struct HostileFiles : FolderTest {
   [[nodiscard]] std::string run() const { return (folder / "run").string(); }
 
   /// Expects the tool to end with the exit code and to say all parts. It must not hang.
-  static void expect(int exit_code, const std::vector<std::string>& words, const std::vector<std::string>& parts) {
+  static void expect(int exit_code, const Words& words, const std::vector<std::string>& parts) {
     const Outcome outcome{run_tool(words, "timeout 60")};
     EXPECT_EQ(outcome.exit_code, exit_code) << outcome.errors;
     for (const std::string& part : parts) EXPECT_THAT(outcome.errors, HasSubstr(part));
@@ -59,28 +59,25 @@ TEST_F(HostileFiles, ADriveWhoseNamesAreNoUtf8) {
     fs::rename(strange / side / "000001.png", strange / side / "fr\xe4me.png");
   fs::remove(strange / "poses.csv");
   const fs::path out{folder / "out"};
-  const std::vector<std::string> words{"run", strange, "--out", out};
+  const Words words{"run", strange, "--out", out};
   run_well(words);
   EXPECT_TRUE(fs::exists(out / "grids" / "fr\\xE4me.npz"));
   const std::vector<Json> lines(lines_of(out));
   ASSERT_EQ(lines.size(), 3U);
   EXPECT_EQ(lines.back()["name"], "fr\\xE4me");
   EXPECT_EQ(json_of(out / "run.json")["input"]["paths"][0].get<std::string>().ends_with("dr\\xFFive"), true);
-  std::vector<std::string> again{words};
-  again.emplace_back("--resume");
-  run_well(again);
+  run_well(joined(words, {"--resume"}));
 }
 
 TEST_F(HostileFiles, RunJsonOfTheWrongShape) {
   const fs::path file{folder / "run" / "run.json"};
   for (const std::string& text :
-       std::vector<std::string>{"", "[]", "null", "3", "\"text\"", "{}", "{\"grid\": []}", "\xff",
-                                std::string(1'000'000, '['), "{\"frames\": [1]}", "{\"skipped\": 3, \"frames\": 3}"}) {
+       Words{"", "[]", "null", "3", "\"text\"", "{}", "{\"grid\": []}", "\xff", std::string(1'000'000, '['),
+             "{\"frames\": [1]}", "{\"skipped\": 3, \"frames\": 3}"}) {
     put(file, text);
     expect_evaluate({"run.json", "Give the folder"});
   }
-  for (const std::string& text :
-       std::vector<std::string>{"[]", "\xff", std::string(1'000'000, '['), R"({"frames": [1]})"}) {
+  for (const std::string& text : Words{"[]", "\xff", std::string(1'000'000, '['), R"({"frames": [1]})"}) {
     put(file, text);
     expect_resume(65, {"run.json: is n", "Start the run anew"});  // not understood, or nested too deeply
   }
@@ -155,9 +152,7 @@ TEST_F(HostileFiles, FramesOfARunTwiceOrOutOfOrderOrOfTheWrongShape) {
     expect_evaluate({"frames.jsonl: line 2 is not understood"});
   }
   put(file, text);
-  std::vector<std::string> fewer{resume_words()};
-  fewer.insert(fewer.end(), {"--frames", "0:1"});
-  expect(64, fewer, {"frames.jsonl holds frames 0 to 2"});
+  expect(64, joined(resume_words(), {"--frames", "0:1"}), {"frames.jsonl holds frames 0 to 2"});
 }
 
 TEST_F(HostileFiles, ACalibrationThatIsAFifo) {
@@ -169,7 +164,7 @@ TEST_F(HostileFiles, ACalibrationThatIsAFifo) {
 
 TEST_F(HostileFiles, SettingsThatEndedTheProgram) {
   const std::string file{folder / "c.yaml"};
-  const std::vector<std::string> words{"config", "--config", file};
+  const Words words{"config", "--config", file};
   put(file, "grid: {length_m: .nan}\n");
   expect(64, words, {"c.yaml", "grid.length_m"});
   expect(65, {"config", "--config", "/dev/zero"}, {"/dev/zero", "device"});
@@ -202,12 +197,7 @@ TEST_F(HostileFiles, LinksThatGoInACircle) {
 }
 
 TEST_F(HostileFiles, ResultsAreNotWrittenOverWhatIsNoFile) {
-  const std::vector<std::string> words{"evaluate", run(), drive(), "--json"};
-  const auto with{[&](const fs::path& path) {
-    std::vector<std::string> all{words};
-    all.push_back(path.string());
-    return all;
-  }};
+  const auto with{[&](const fs::path& path) { return Words{"evaluate", run(), drive(), "--json", path.string()}; }};
   fs::create_symlink("target.json", folder / "link.json");
   run_well(with(folder / "link.json"));
   EXPECT_TRUE(fs::is_symlink(folder / "link.json"));

@@ -30,31 +30,25 @@ void change_images(const fs::path& drive, const auto& change) {
   }
 }
 
-class OwnVehicle : public ::testing::Test {
+class OwnVehicle : public SharedFolderTest {
  protected:
   static void SetUpTestSuite() {
-    folder_ = new TemporaryFolder;
-    run_well({"simulate", "scene:street?width=400&height=250&frames=36", "--out", *folder_ / "street"});
+    SharedFolderTest::SetUpTestSuite();
+    run_well({"simulate", "scene:street?width=400&height=250&frames=36", "--out", *folder / "street"});
   }
-  static void TearDownTestSuite() { delete folder_; }
 
   [[nodiscard]] fs::path copy(const std::string& name) const {
     fs::path drive{own_ / name};
-    fs::copy(*folder_ / "street", drive, fs::copy_options::recursive);
+    fs::copy(*folder / "street", drive, fs::copy_options::recursive);
     return drive;
   }
   [[nodiscard]] fs::path proposed() const { return own_ / "mask.png"; }
-  [[nodiscard]] std::string answer(const fs::path& drive, std::vector<std::string> more = {}) const {
-    std::vector<std::string> words{"info", drive, "--propose-mask", proposed()};
-    words.insert(words.end(), more.begin(), more.end());
-    return run_well(words).output;
+  [[nodiscard]] std::string answer(const fs::path& drive, const Words& more = {}) const {
+    return run_well(joined({"info", drive, "--propose-mask", proposed()}, more)).output;
   }
 
-  static TemporaryFolder* folder_;
   TemporaryFolder own_;
 };
-
-TemporaryFolder* OwnVehicle::folder_{nullptr};
 
 TEST_F(OwnVehicle, IsFoundAndItsMaskCanBeGiven) {
   const Bonnet bonnet{200, 34.3};

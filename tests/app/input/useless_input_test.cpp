@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Inputs that nothing can come of, and what `info` and `run` say about them.
-#include <regex>
 
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/npz.hpp"
@@ -43,10 +42,7 @@ Grey turned(const Grey& image) {
 }
 
 void set_pitch(const fs::path& drive, const std::string& rad) {
-  const fs::path file{drive / "calibration.yaml"};
-  const std::string text{
-      std::regex_replace(text_of(file), std::regex{"camera_pitch_rad: [-0-9.]+"}, "camera_pitch_rad: " + rad)};
-  std::ofstream{file} << text;
+  edit(drive / "calibration.yaml", "camera_pitch_rad: [-0-9.]+", "camera_pitch_rad: " + rad);
 }
 
 void expect_useless(const fs::path& drive, const std::string& said) {
@@ -215,8 +211,7 @@ TEST_F(UselessInput, InfoNoticesInvertedPoses) {
                                         "000002,200000000,-1.6,0,0\n";
   EXPECT_THAT(run_well({"info", input}).output,
               AllOf(HasSubstr("the poses seem to be inverted"), HasSubstr("usable"), Not(HasSubstr("fine"))));
-  for (const std::vector<std::string>& words : {std::vector<std::string>{"run", input, "--out", folder / "run"},
-                                                std::vector<std::string>{"live", input, "--listen", ":0"}}) {
+  for (const Words& words : {Words{"run", input, "--out", folder / "run"}, Words{"live", input, "--listen", ":0"}}) {
     EXPECT_THAT(run_well(words).errors, HasSubstr("the poses seem to be inverted")) << words.front();
   }
 }
@@ -319,8 +314,7 @@ TEST_F(UselessInput, EachStatusOfAFrameHasItsOwnWarning) {
 
 TEST_F(UselessInput, ExtrinsicsThatWereFoundAreProposed) {
   const fs::path input{drive(folder, 3, "&pitch_deg=8")};
-  const std::string text{std::regex_replace(text_of(input / "calibration.yaml"), std::regex{"mount:.*"}, "")};
-  std::ofstream{input / "calibration.yaml"} << text;
+  edit(input / "calibration.yaml", "mount:.*", "");
   EXPECT_THAT(run_well({"info", input}).output,
               AllOf(HasSubstr("mount: {camera_height_m: 1.2"), HasSubstr("found in 3 of 3 frames"), HasSubstr("fine")));
 }
@@ -329,13 +323,11 @@ TEST_F(UselessInput, RunSaysInHowManyFramesThereAreFewMatches) {
   const fs::path input{drive(folder, 3)};
   replace_pairs(
       input, [](Grey& left, Grey& right) { std::swap(left, right); }, 1);
-  const std::vector<std::string> words{"run", input, "--out", folder / "run", "--set", "grid.length_m=10"};
+  const Words words{"run", input, "--out", folder / "run", "--set", "grid.length_m=10"};
   EXPECT_THAT(run_well(words).errors, HasSubstr("in 2 of 3 frames left and right image hardly match"));
   const Json status(json_of(folder / "run" / "run.json")["status"]);
   EXPECT_EQ(status, (Json{{"few_matches", 2}}));
-  std::vector<std::string> again{words};
-  again.emplace_back("--resume");
-  run_well(again);
+  run_well(joined(words, {"--resume"}));
   EXPECT_EQ(json_of(folder / "run" / "run.json")["status"], status);
 }
 
@@ -392,9 +384,7 @@ TEST_F(OddSize, OfTheFirstPairDoesNotDecide) {
 
 /// Takes the size out of calibration.yaml.
 void remove_size(const fs::path& drive) {
-  const fs::path file{drive / "calibration.yaml"};
-  const std::string text{std::regex_replace(text_of(file), std::regex{"image: [^\n]*\n"}, "")};
-  std::ofstream{file} << text;
+  edit(drive / "calibration.yaml", "image: [^\n]*\n", "");
 }
 
 Grey halved(const Grey& image) {
@@ -412,13 +402,13 @@ TEST_F(OddSize, OfTheWholeDriveIsRefusedOrScaled) {
     left = halved(left);
     right = halved(right);
   });
-  const std::vector<std::string> run{"run", input, "--out", folder / "run", "--set", "grid.length_m=10"};
+  const Words run{"run", input, "--out", folder / "run", "--set", "grid.length_m=10"};
   const Outcome scaled{run_well({"info", input})};
   EXPECT_THAT(scaled.output, AllOf(HasSubstr("320×200"), HasSubstr("scaled by 0.5"), HasSubstr("fine")));
   EXPECT_THAT(run_well(run).errors, HasSubstr("scaled by 0.5"));
   EXPECT_EQ(json_of(folder / "run" / "run.json")["rig"]["width_px"], 160);
   remove_size(input);
-  for (const std::vector<std::string>& words : {{"info", input}, run}) {
+  for (const Words& words : {{"info", input}, run}) {
     EXPECT_THAT(errors_of(65, words), AllOf(HasSubstr("principal point"), HasSubstr("about 321×201 px")));
   }
 }

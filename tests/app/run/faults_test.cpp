@@ -14,21 +14,10 @@ namespace {
 
 constexpr std::size_t frames{10};
 
-std::vector<std::string> command(const fs::path& out) {
-  return {"run",
-          "scene:street?frames=10&width=160&height=96",
-          "--out",
-          out,
-          "--resume",
-          "--quiet",
-          "--checkpoint-every",
-          "4",
-          "--set",
-          "grid.length_m=10",
-          "--set",
-          "grid.width_m=10",
-          "--device",
-          "cpu"};
+Words command(const fs::path& out) {
+  return joined(
+      {"run", "scene:street?frames=10&width=160&height=96", "--out", out, "--resume", "--quiet"},
+      {"--checkpoint-every", "4", "--set", "grid.length_m=10", "--set", "grid.width_m=10", "--device", "cpu"});
 }
 
 /// A call that fails: which one, counted from 1, and how.
@@ -37,20 +26,17 @@ struct Fault {
   std::string kind;
 };
 
-class Faults : public ::testing::Test {
+class Faults : public SharedFolderTest {
  protected:
   static void SetUpTestSuite() {
-    folder_ = std::make_unique<TemporaryFolder>();
+    SharedFolderTest::SetUpTestSuite();
     calls_ = counted_calls("whole");
     expect_whole_frames(whole());
-    half_calls_ = [] {
-      make_half(path("half"));
-      return counted_calls("half");
-    }();
+    make_half(path("half"));
+    half_calls_ = counted_calls("half");
   }
-  static void TearDownTestSuite() { folder_.reset(); }
 
-  static fs::path path(const std::string& name) { return fs::canonical(folder_->path()) / name; }
+  static fs::path path(const std::string& name) { return fs::canonical(folder->path()) / name; }
   static fs::path whole() { return path("whole"); }
 
   /// Calls of a run from its beginning: "write /…/frames.jsonl" and so on.
@@ -133,13 +119,9 @@ class Faults : public ::testing::Test {
     EXPECT_TRUE(!fs::exists(out / "run.json") || json_of(out / "run.json").contains("frames"));
   }
 
-  static std::unique_ptr<TemporaryFolder> folder_;
-  static std::vector<std::string> calls_;
-  static std::vector<std::string> half_calls_;
+  static inline Words calls_;
+  static inline Words half_calls_;
 };
-std::unique_ptr<TemporaryFolder> Faults::folder_;
-std::vector<std::string> Faults::calls_;
-std::vector<std::string> Faults::half_calls_;
 
 /// Number of calls by name.
 std::map<std::string, int> tally(const std::vector<std::string>& calls) {
@@ -188,7 +170,7 @@ TEST_F(Faults, AnInputThatHangsEndsTheRunAndItGoesOnLater) {
   const fs::path drive{path("drive")};
   run_well({"simulate", "scene:street?frames=8&width=160&height=96", "--out", drive});
   const auto words = [&](const char* out) {
-    return std::vector<std::string>{"run", drive, "--out", path(out).string(), "--resume", "--input-wait", "1"};
+    return Words{"run", drive, "--out", path(out).string(), "--resume", "--input-wait", "1"};
   };
   run_well(words("in_one_go"));
   EXPECT_THAT(errors_of(75, words("hung"),
@@ -275,7 +257,7 @@ TEST_F(EveryFault, AndAHundredKillsLoseNothing) {
 }
 
 // Threads that the system does not give are a reason to try again, not a bug: the first one fails, then the second, …
-void expect_try_again(const std::vector<std::string>& command, const fs::path& out) {
+void expect_try_again(const Words& command, const fs::path& out) {
   int failing{1};
   for (;; ++failing) {
     SCOPED_TRACE(command[0] + ", thread " + std::to_string(failing));

@@ -55,19 +55,14 @@ void put_drive(const fs::path& drive, int focal_px, double camera_height_m, doub
   }
 }
 
-class Fusion : public ::testing::Test {
+class Fusion : public SharedFolderTest {
  protected:
   static void SetUpTestSuite() {
-    folder_ = new TemporaryFolder;
-    put_drive(*folder_ / "drive", 80, 1.65, 0, ringed_sweep(), {true, false, true});
+    SharedFolderTest::SetUpTestSuite();
+    put_drive(drive(), 80, 1.65, 0, ringed_sweep(), {true, false, true});
   }
-  static void TearDownTestSuite() { delete folder_; }
-  static std::string drive() { return (*folder_ / "drive").string(); }
-
-  static TemporaryFolder* folder_;
+  static std::string drive() { return (*folder / "drive").string(); }
 };
-
-TemporaryFolder* Fusion::folder_{nullptr};
 
 /// Maximum of the observed grid's row straight ahead, `from_m` to `to_m`.
 float largest_ahead(const fs::path& run, const std::string& name, double from_m = 7, double to_m = 9) {
@@ -130,10 +125,8 @@ TEST_F(Fusion, GoesOnWithoutASweepThatIsDamaged) {
 
 TEST_F(Fusion, SaysWhatIsMissing) {
   const TemporaryFolder folder;
-  const auto error_text = [&](const std::string& input, const std::vector<std::string>& more, int exit_code) {
-    std::vector<std::string> words{"run", input, "--out", folder / "run"};
-    words.insert(words.end(), more.begin(), more.end());
-    const std::string errors{errors_of(exit_code, words)};
+  const auto error_text = [&](const std::string& input, const Words& more, int exit_code) {
+    const std::string errors{errors_of(exit_code, joined({"run", input, "--out", folder / "run"}, more))};
     EXPECT_FALSE(fs::exists(folder / "run"));
     return errors;
   };
@@ -170,23 +163,18 @@ void put_drive(const fs::path& drive, double pitch_deg) {
   put_drive(drive, 160, camera_height_m, pitch_deg, sweep(), std::vector<bool>(6, true));
 }
 
-class FoundExtrinsics : public ::testing::Test {
+class FoundExtrinsics : public SharedFolderTest {
  protected:
   static void SetUpTestSuite() {
-    folder_ = new TemporaryFolder;
-    put_drive(*folder_ / "drive", 8);
-    const std::string drive{*folder_ / "drive"};
+    SharedFolderTest::SetUpTestSuite();
+    const std::string drive{*folder / "drive"};
+    put_drive(drive, 8);
     run_well({"run", drive, "--out", alone(), "--poses", "none"});
     run_well({"run", drive, "--out", fused(), "--poses", "none", "--fuse", "lidar"});
   }
-  static void TearDownTestSuite() { delete folder_; }
-  static fs::path alone() { return *folder_ / "alone"; }
-  static fs::path fused() { return *folder_ / "fused"; }
-
-  static TemporaryFolder* folder_;
+  static fs::path alone() { return *folder / "alone"; }
+  static fs::path fused() { return *folder / "fused"; }
 };
-
-TemporaryFolder* FoundExtrinsics::folder_{nullptr};
 
 TEST_F(FoundExtrinsics, StandsInTheLinesOfTheFrames) {
   const std::vector<Json> lines = lines_of(alone());  // no braces: they would make a list of it
@@ -205,11 +193,9 @@ TEST_F(FoundExtrinsics, PlacesTheLidarThatIsFused) {
 
 // With the calibration's extrinsics the road's returns rise by 1 m and more, and next to no cell is labelled.
 TEST_F(FoundExtrinsics, LabelsTheCells) {
-  const auto band_of = [&](const fs::path& run, const std::vector<std::string>& more) {
+  const auto band_of = [&](const fs::path& run, const Words& more) {
     const std::string file{run.parent_path() / "scores.json"};
-    std::vector<std::string> words{"evaluate", run, "--json", file};
-    words.insert(words.end(), more.begin(), more.end());
-    run_well(words);
+    run_well(joined({"evaluate", run, "--json", file}, more));
     return json_of(file)["series"]["observed"]["bands"]["3-20"];
   };
   const Json found(band_of(alone(), {}));
@@ -222,9 +208,9 @@ TEST_F(FoundExtrinsics, LabelsTheCells) {
   EXPECT_GT(with_lidar["auc"]["value"].get<double>(), found["auc"]["value"].get<double>());
 
   // the same returns before a level camera, whose calibration is right
-  put_drive(*folder_ / "level", 0);
-  const fs::path level{*folder_ / "level_run"};
-  run_well({"run", *folder_ / "level", "--out", level, "--poses", "none"});
+  put_drive(*folder / "level", 0);
+  const fs::path level{*folder / "level_run"};
+  run_well({"run", *folder / "level", "--out", level, "--poses", "none"});
   const Json expected(band_of(level, {"--camera-height", "1.2"}));
   EXPECT_NEAR(found["occupied"].get<int>(), expected["occupied"].get<int>(), 0.1 * expected["occupied"].get<int>());
   EXPECT_NEAR(found["cells"].get<int>(), expected["cells"].get<int>(), 0.05 * expected["cells"].get<int>());

@@ -34,18 +34,8 @@ class Labels : public ::testing::Test {
       io::write_png(drive() / "labels" / (std::string{name} + ".png"), labels);
     }
   }
-  Outcome run(const char* name, std::vector<std::string> more = {}) const {
-    std::vector<std::string> words{"run", drive(), "--out", out(name), "--poses", "none"};
-    words.insert(words.end(), more.begin(), more.end());
-    return run_tool(words);
-  }
-  [[nodiscard]] double observed(const char* name, double x_m, double y_m) const {
-    const Arrays grids{io::read_npz(out(name) / "grids" / "000001.npz")};
-    const auto cells{grids.at("observed").to_image<float>()};
-    const Json grid = json_of(out(name) / "run.json").at("grid");
-    const double size_m{grid.at("cell_size_m")};
-    return static_cast<double>(cells(static_cast<int>((x_m - grid.at("x_min_m").get<double>()) / size_m),
-                                     static_cast<int>((y_m - grid.at("y_min_m").get<double>()) / size_m)));
+  Outcome run(const char* name, const Words& more = {}) const {
+    return run_tool(joined({"run", drive(), "--out", out(name), "--poses", "none"}, more));
   }
 
   TemporaryFolder folder_;
@@ -85,9 +75,10 @@ TEST_F(Labels, AreASourceToFuse) {
   const Outcome fused{run("fused", {"--fuse", "labels", "--set", "fusion.stereo_confidence=0"})};  // labels alone
   ASSERT_EQ(fused.exit_code, 0) << fused.errors;
   EXPECT_EQ(json_of(out("fused") / "run.json").at("fuse").at("source"), "labels");
-  EXPECT_GT(observed("fused", 7.5, 0), 0.6);
-  EXPECT_LT(observed("fused", 5, 0), 0.35);
-  EXPECT_NEAR(observed("fused", 9, 0), 0.5, 0.01);
+  const auto observed = [&](double x_m) { return value_at(out("fused"), "000001", "observed", x_m, 0); };
+  EXPECT_GT(observed(7.5), 0.6);
+  EXPECT_LT(observed(5), 0.35);
+  EXPECT_NEAR(observed(9), 0.5, 0.01);
 }
 
 TEST_F(Labels, ProblemsAreNamed) {
@@ -103,10 +94,7 @@ TEST_F(Labels, ProblemsAreNamed) {
   for (const auto& [classes, problem] :
        {std::pair{"{ignore: [7], mover: [7]}", "listed twice"},
         std::pair{"{ignore: [70000]}", "not an integer in 0 … 65535"}, std::pair{"{sky: [1]}", "unknown key"}}) {
-    std::istringstream lines{text_of(drive() / "calibration.yaml")};
-    std::string text;
-    for (std::string line; std::getline(lines, line);) text += line.starts_with("labels") ? "" : line + "\n";
-    std::ofstream{drive() / "calibration.yaml"} << text << "labels: " << classes << "\n";
+    edit(drive() / "calibration.yaml", "labels: .*", std::string{"labels: "} + classes);
     EXPECT_THAT(errors_of(65, {"info", drive()}), HasSubstr(problem)) << classes;
   }
 }

@@ -44,26 +44,21 @@ std::map<std::string, std::uint64_t> counts_of(const fs::path& file) {
 constexpr std::size_t frames{5};
 
 /// One recorded run, looked at by all tests of this file.
-class RunMcap : public ::testing::Test {
+class RunMcap : public SharedFolderTest {
  protected:
   static void SetUpTestSuite() {
-    folder = std::make_unique<TemporaryFolder>();
+    SharedFolderTest::SetUpTestSuite();
     run_well({"run", small_scene("crossing", "&frames=5"), "--out", run(), "--save-stages", "--predict", "0.5",
               "--mcap", file()});
   }
-  static void TearDownTestSuite() { folder.reset(); }
   static fs::path run() { return folder->path() / "run"; }
   static fs::path file() { return folder->path() / "new" / "run.mcap"; }
-  static std::vector<std::string> record(const std::string& name, const std::vector<std::string>& more = {}) {
-    std::vector<std::string> words{
-        "run", small_scene("crossing", "&frames=5"), "--out", *folder / name, "--mcap", *folder / (name + ".mcap")};
-    words.insert(words.end(), more.begin(), more.end());
-    return words;
+  static Words record(const std::string& name, const Words& more = {}) {
+    return joined(
+        {"run", small_scene("crossing", "&frames=5"), "--out", *folder / name, "--mcap", *folder / (name + ".mcap")},
+        more);
   }
-
-  static std::unique_ptr<TemporaryFolder> folder;
 };
-std::unique_ptr<TemporaryFolder> RunMcap::folder;
 
 TEST_F(RunMcap, HasEveryTopicOfEveryFrame) {
   std::map<std::string, std::uint64_t> expected{{"/tf", frames}, {"/tf_static", 1}, {"/diagnostics", 1}};
@@ -123,11 +118,9 @@ TEST_F(RunMcap, OnlyChosenTopics) {
 }
 
 TEST_F(RunMcap, HasTheScaleThatWasAskedFor) {
-  for (const std::vector<std::string>& topics : {std::vector<std::string>{}, {"--mcap-topics", "occupancy_grid"}}) {
+  for (const Words& topics : {Words{}, {"--mcap-topics", "occupancy_grid"}}) {
     const std::string name{topics.empty() ? "scaled" : "scaled_one"};
-    std::vector<std::string> options{"--value-scale", "autoware", "--frames", "3:4"};
-    options.insert(options.end(), topics.begin(), topics.end());
-    run_well(record(name, options));
+    run_well(record(name, joined({"--value-scale", "autoware", "--frames", "3:4"}, topics)));
     const auto grids{
         received<messages::nav_msgs::OccupancyGrid>(*folder / (name + ".mcap"), "/stereo_grid/occupancy_grid")};
     ASSERT_EQ(grids.messages.size(), 2U);
@@ -170,12 +163,7 @@ TEST_F(RunMcap, EstimatedExtrinsicsArePublished) {
   const fs::path drive{*folder / "pitched"};
   run_well({"simulate", "scene:terrain?kind=bank&at=5&width=320&height=200&frames=6&camera_height=1.2&pitch_deg=8",
             "--out", drive, "--no-truth"});
-  std::istringstream lines{text_of(drive / "calibration.yaml")};
-  std::string without;
-  for (std::string line; std::getline(lines, line);) {
-    if (!line.starts_with("mount")) without += line + "\n";
-  }
-  std::ofstream{drive / "calibration.yaml"} << without;
+  edit(drive / "calibration.yaml", "mount.*\n", "");
   run_well({"run", drive, "--out", *folder / "found", "--mcap", *folder / "found.mcap", "--poses", "none"});
   const auto extrinsics{received<messages::tf2_msgs::TFMessage>(*folder / "found.mcap", "/tf_static")};
   ASSERT_EQ(extrinsics.messages.size(), 1U);

@@ -149,10 +149,8 @@ TEST_F(Given, AMissingOneIsASkippedFrame) {
 }
 
 TEST_F(Given, WhatCannotBe) {
-  const auto refused{[&](const std::vector<std::string>& more, int exit_code, const char* said) {
-    std::vector<std::string> words{"run", drive(), "--out", out("run")};
-    words.insert(words.end(), more.begin(), more.end());
-    EXPECT_THAT(errors_of(exit_code, words), HasSubstr(said));
+  const auto refused{[&](const Words& more, int exit_code, const char* said) {
+    EXPECT_THAT(errors_of(exit_code, joined({"run", drive(), "--out", out("run")}, more)), HasSubstr(said));
     EXPECT_FALSE(fs::exists(folder / "run"));
   }};
   refused({"--matcher", "opencv-bm"}, 64, "--matcher");

@@ -9,8 +9,8 @@ namespace {
 using Lock = FolderTest;
 using Resume = FolderTest;
 
-std::vector<std::string> command(const fs::path& out, const std::string& frames, const std::string& more = "") {
-  std::vector<std::string> words{"run", small_scene("street", "&frames=6"), "--out", out, "--frames", frames};
+Words command(const fs::path& out, const std::string& frames, const std::string& more = "") {
+  Words words{"run", small_scene("street", "&frames=6"), "--out", out, "--frames", frames};
   if (!more.empty()) words.push_back(more);
   return words;
 }
@@ -44,11 +44,9 @@ TEST_F(Resume, StartsWhereThereIsNothing) {
 
 TEST_F(Resume, RefusesOtherSettingsAndNamesThem) {
   run_well(command(folder / "run", "0:0"));
-  std::vector<std::string> words{command(folder / "run", "0:2", "--resume")};
-  words.insert(words.end(), {"--set", "filter.decay_time_s=5"});
+  const Words words{joined(command(folder / "run", "0:2", "--resume"), {"--set", "filter.decay_time_s=5"})};
   EXPECT_THAT(errors_of(64, words), HasSubstr("filter/decay_time_s: was 2"));
-  words.insert(words.end() - 2, {"--compact"});
-  EXPECT_THAT(errors_of(64, words), HasSubstr("compact: was false, is true"));
+  EXPECT_THAT(errors_of(64, joined(words, {"--compact"})), HasSubstr("compact: was false, is true"));
   EXPECT_THAT(errors_of(64, command(folder / "run", "1:2", "--resume")), HasSubstr("first frame: was 0, is 1"));
 }
 
@@ -70,16 +68,14 @@ TEST_F(Resume, WithoutItAFolderWithARunIsRefused) {
 }
 
 /// One sitting of a run that is done in several.
-Outcome sit(const fs::path& run, const std::string& frames, const std::vector<std::string>& more) {
+Outcome sit(const fs::path& run, const std::string& frames, const Words& more) {
   const std::string scene{"scene:street?frames=40&width=160&height=100"};
-  std::vector<std::string> words{"run", scene, "--out", run, "--frames", frames, "--resume"};
-  words.insert(words.end(), more.begin(), more.end());
-  return run_well(words);
+  return run_well(joined({"run", scene, "--out", run, "--frames", frames, "--resume"}, more));
 }
 
 struct Way {
   const char* name;
-  std::vector<std::string> options;
+  Words options;
   const char* second;  ///< from where it continues the second time
 };
 
@@ -92,11 +88,7 @@ TEST_F(Resume, OfALongRunGoesOnExactly) {
                          Way{"sparse poses", {"--every", "4"}, last_sparse},
                          Way{"sparse odometry", {"--every", "4", "--poses", "odometry"}, last_sparse}}) {
     SCOPED_TRACE(way.name);
-    const auto options = [&](const char* every) {
-      std::vector<std::string> words{way.options};
-      words.insert(words.end(), {"--checkpoint-every", every});
-      return words;
-    };
+    const auto options = [&](const char* every) { return joined(way.options, {"--checkpoint-every", every}); };
     const fs::path whole{folder / way.name / "whole"};
     const fs::path saved{folder / way.name / "saved"};
     const fs::path unsaved{folder / way.name / "unsaved"};

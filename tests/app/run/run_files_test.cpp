@@ -36,19 +36,15 @@ const std::set<std::string> obstacle_keys(keys_of(Json::parse(R"({
     "position_covariance": 0, "velocity_covariance": 0})")));
 
 /// One run with everything, looked at by all tests of this file.
-class RunFiles : public ::testing::Test {
+class RunFiles : public SharedFolderTest {
  protected:
   static void SetUpTestSuite() {
-    folder = std::make_unique<TemporaryFolder>();
+    SharedFolderTest::SetUpTestSuite();
     run_well({"run", small_scene("crossing", "&frames=3"), "--out", run(), "--save-stages", "--pictures", "--set",
               "grid.length_m=16", "--set", "matching.disparities=48"});
   }
-  static void TearDownTestSuite() { folder.reset(); }
   static fs::path run() { return folder->path() / "run"; }
-
-  static std::unique_ptr<TemporaryFolder> folder;
 };
-std::unique_ptr<TemporaryFolder> RunFiles::folder;
 
 TEST_F(RunFiles, EveryFrameHasItsFilesAndNothingElseIsLeft) {
   EXPECT_THAT(files_in(run()), ElementsAre("frames.jsonl", "grids", "pictures", "run.json", "stages"));
@@ -206,18 +202,16 @@ TEST_F(RunFiles, GridsHaveTheirShapes) {
                                    "moving", "age_s", "velocity", "velocity_covariance", "world_occupancy",
                                    "world_moving", "world_velocity", "world_velocity_covariance", "world_age_s",
                                    "world_elevation_m", "world_elevation_sigma_m", "world_terrain", "world_origin"}));
-  for (const char* name : {"observed", "occupancy", "age_s"}) {
+  for (const char* name : {"observed", "occupancy", "age_s", "moving"}) {
     expect_array(arrays, name, io::DType::float32, {100, 80});
   }
+  for (const char* name : {"world_occupancy", "world_elevation_m", "world_age_s", "world_moving"}) {
+    expect_array(arrays, name, io::DType::float32, {world, world});
+  }
   expect_array(arrays, "velocity", io::DType::float32, {2, 100, 80});
-  expect_array(arrays, "world_occupancy", io::DType::float32, {world, world});
-  expect_array(arrays, "world_elevation_m", io::DType::float32, {world, world});
-  expect_array(arrays, "world_terrain", io::DType::uint8, {world, world});
-  expect_array(arrays, "world_age_s", io::DType::float32, {world, world});
-  expect_array(arrays, "world_velocity", io::DType::float32, {2, world, world});
-  expect_array(arrays, "moving", io::DType::float32, {100, 80});
   expect_array(arrays, "velocity_covariance", io::DType::float32, {3, 100, 80});
-  expect_array(arrays, "world_moving", io::DType::float32, {world, world});
+  expect_array(arrays, "world_terrain", io::DType::uint8, {world, world});
+  expect_array(arrays, "world_velocity", io::DType::float32, {2, world, world});
   expect_array(arrays, "world_velocity_covariance", io::DType::float32, {3, world, world});
   expect_array(arrays, "world_origin", io::DType::float64, {2});
   const auto age{arrays.at("age_s").to<float>()};

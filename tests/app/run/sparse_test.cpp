@@ -8,10 +8,8 @@ namespace {
 
 using Sparse = FolderTest;
 
-std::vector<std::string> street(const fs::path& out, const std::vector<std::string>& more) {
-  std::vector<std::string> words{"run", "scene:street?frames=40&width=160&height=100", "--out", out};
-  words.insert(words.end(), more.begin(), more.end());
-  return words;
+Words street(const fs::path& out, const Words& more) {
+  return joined({"run", "scene:street?frames=40&width=160&height=100", "--out", out}, more);
 }
 
 std::vector<std::size_t> indices_of(const fs::path& run) {
@@ -122,7 +120,7 @@ TEST_F(Sparse, UnknownLayersAreRefusedAndThoseThereAreNamed) {
 TEST_F(Sparse, WhatNeedsAnotherLayerSaysSo) {
   const fs::path run{folder / "run"};
   run_well(street(run, {"--frames", ":12", "--layers", "occupancy,velocity,age"}));
-  const auto error_text = [&](std::vector<std::string> words) {
+  const auto error_text = [&](Words words) {
     words.insert(words.begin() + 1, run.string());
     return errors_of(65, words);
   };
@@ -212,7 +210,7 @@ class Skipped : public ::testing::Test {
   [[nodiscard]] fs::path drive() const { return fs::canonical(folder.path()) / "drive"; }
   [[nodiscard]] fs::path out() const { return fs::canonical(folder.path()) / "run"; }
 
-  [[nodiscard]] std::vector<std::string> command(const std::string& more = "--quiet") const {
+  [[nodiscard]] Words command(const std::string& more = "--quiet") const {
     return {"run", drive(), "--poses", "none", "--out", out(), more};
   }
 

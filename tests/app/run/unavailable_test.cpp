@@ -23,13 +23,9 @@ class Unavailable : public ::testing::Test {
   void put_back(const fs::path& file) const { fs::rename(folder / "away", folder / "drive" / file); }
 
   /// Frame 6 cannot be read, `file` being away; then it can. `done`: frames before it.
-  void expect_goes_on(const std::vector<std::string>& more, const fs::path& file, std::size_t done) const {
-    std::vector<std::string> words{"run", drive(), "--resume", "--checkpoint-every", "4"};
-    words.insert(words.end(), more.begin(), more.end());
+  void expect_goes_on(const Words& more, const fs::path& file, std::size_t done) const {
     const auto into = [&](const char* name) {
-      std::vector<std::string> all{words};
-      all.insert(all.end(), {"--out", out(name).string()});
-      return all;
+      return joined({"run", drive(), "--resume", "--checkpoint-every", "4", "--out", out(name)}, more);
     };
     run_well(into("whole"));
     take_away(file);
@@ -101,13 +97,12 @@ std::string failing_disk(const fs::path& file, const fs::path& once) {
 }
 
 TEST_F(Unavailable, ADiskThatFailsEndsTheRunAndItGoesOnLater) {
-  std::vector<std::string> words{"run", drive(), "--out", out("run"), "--poses", "none"};
+  const Words words{"run", drive(), "--out", out("run"), "--poses", "none"};
   const Outcome stopped{run_tool(words, failing_disk(folder / "drive" / "left" / "000007.png", drive()))};
   EXPECT_EQ(stopped.exit_code, 75) << stopped.errors;
   EXPECT_THAT(stopped.errors, AllOf(HasSubstr("000007.png: cannot be read (Input/output error)"),
                                     HasSubstr("7 of 9 frames are done; the same command with --resume continues")));
-  words.emplace_back("--resume");
-  run_well(words);
+  run_well(joined(words, {"--resume"}));
   EXPECT_EQ(lines_of(out("run")).size(), 9U);
 }
 
@@ -126,13 +121,10 @@ class UnavailableBags : public Bags {
   }
 
   static void expect_goes_on(const fs::path& path, const fs::path& file) {
-    ASSERT_EQ(run_bag(path).exit_code, 0);
-    const fs::path whole{*folder / "whole"};
-    fs::remove_all(whole);
-    fs::rename(out(), whole);
+    const fs::path whole{run_bag_well("whole", path)};
     ASSERT_EQ(lines_of(whole).size(), 80U);
     const fs::path second{out() / "grids" / files_in(whole / "grids")[1]};
-    const std::vector<std::string> words{"run", path, "--out", out(), "--poses", "none", "--resume"};
+    const Words words{"run", path, "--out", out(), "--poses", "none", "--resume"};
     EXPECT_THAT(errors_of(75, words, failing_disk(file, second)),
                 AllOf(HasSubstr("cannot be read"), HasSubstr("of 80 frames are done")));
     EXPECT_EQ(json_of(out() / "run.json")["frames"]["skipped"], 0);
@@ -160,7 +152,7 @@ class Away : public Bags {
   static fs::path path(const char* name) { return fs::canonical(folder->path()) / name; }
 
   /// Runs the command once for each of its queries below a folder, or every `step`-th one.
-  static void expect_try_again(const std::vector<std::string>& words, const fs::path& under, std::size_t step = 1) {
+  static void expect_try_again(const Words& words, const fs::path& under, std::size_t step = 1) {
     const std::vector<std::string> queries{queries_of(words, under)};
     ASSERT_FALSE(queries.empty());
     for (std::size_t i{0}; i < queries.size(); i += step) {
@@ -180,7 +172,7 @@ class Away : public Bags {
            " STEREOGRID_FAULTS_CALL=" + std::to_string(call);
   }
 
-  static std::vector<std::string> queries_of(const std::vector<std::string>& words, const fs::path& under) {
+  static std::vector<std::string> queries_of(const Words& words, const fs::path& under) {
     fs::remove_all(path("out"));
     fs::remove(path("queries"));
     const Outcome outcome{run_tool(words, environment(under, 0))};
