@@ -84,6 +84,31 @@ STEREOGRID_HD inline void spread_hidden(int ring, View<PolarCell> cells) {
   }
 }
 
+/// Hides ground of a ring that the mean of a search mixes with hidden cells beside it, while it is lower by 2 σ than
+/// the ground behind: the matcher's window mixes both levels, too. Last of all: it ends no ways.
+STEREOGRID_HD inline void hide_ends(const WalkInput& input, int ring, View<PolarCell> cells) {
+  const float x{input.rings.middle_m(ring)};
+  const float lower_m{2 * input.camera.elevation_sigma(input.camera.height_m, x, input.sigma_px[ring])};
+  const auto hide = [&](int first, int side) {
+    const int level{first + side * (sectors_beside + 1)};
+    if (level < 0 || level >= cells.height || !cells(ring, level).is_ground()) return;
+    const float highest{cells(ring, level).elevation_m - lower_m};
+    for (int sector{first}; sector != level - side; sector += side) {
+      PolarCell& cell{cells(ring, sector)};
+      if (!cell.is_ground() || cell.elevation_m > highest) return;
+      cell = PolarCell{.kind = TerrainClass::hidden};
+    }
+  };
+  for (int begin{0}; begin < cells.height;) {
+    const bool is_behind{is_behind_edge(cells(ring, begin))};
+    int end{begin + 1};
+    while (end < cells.height && is_behind_edge(cells(ring, end)) == is_behind) ++end;
+    if (!is_behind && begin > 0) hide(begin, 1);
+    if (!is_behind && end < cells.height) hide(end - 1, -1);
+    begin = end;
+  }
+}
+
 /// Fills the sectors between `left` and `right`, `width_m` apart, if the ground of both is alike.
 STEREOGRID_HD inline void fill_streak(const WalkInput& input, int ring, int left, int right, float width_m,
                                       View<PolarCell> cells) {

@@ -98,6 +98,7 @@ void SectorWalks::spread_ground(const WalkInput& input) {
     fill_streaks(input, ring, walks, cells);
   }
   hide_unconnected(input, cells, reached_.view());
+  for (int ring{0}; ring < input.rings.count(); ++ring) hide_ends(input, ring, cells);
 }
 
 void hide_unconnected(const WalkInput& input, View<PolarCell> cells, View<std::uint8_t> reached_sectors) {

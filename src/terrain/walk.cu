@@ -184,6 +184,7 @@ __global__ void spread_ground(WalkInput input, const int* checked_rings, View<Po
   }
   __syncthreads();
   hide_in_words(input, cells, dynamic_shared<unsigned>());
+  for (int ring{t}; ring < input.rings.count(); ring += spread_threads) hide_ends(input, ring, cells);
 }
 
 std::size_t times(std::size_t a, int b) {

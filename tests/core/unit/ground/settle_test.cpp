@@ -150,6 +150,34 @@ TEST_F(SettledWalks, UnknownCellsUpToEightSectorsBesideAnEdgeAreHidden) {
   }
 }
 
+// A slope across, however long, costs a few sectors.
+TEST_F(SettledWalks, AtTheEndsOfAnEdgeGroundThatIsLowerByTwoSigmaIsHidden) {
+  const float sigma_m{camera_.elevation_sigma(camera_.height_m, rings_.middle_m(edge), sigma_px_[0])};
+  const auto hidden_beside = [&](int side, float fall_m, int lower) {
+    cells_.fill({0, 0, TerrainClass::drivable});
+    for (int i{1}; i <= lower; ++i) cells_(edge, middle + side * i).elevation_m = -fall_m;
+    cells_(edge, middle).kind = TerrainClass::hidden;
+    hide_ends(input(), edge, cells_.view());
+    int hidden{0};
+    for (int sector{0}; sector < sectors; ++sector) hidden += is_behind_edge(cells_(edge, sector)) ? 1 : 0;
+    for (int i{0}; i < hidden; ++i) EXPECT_TRUE(is_behind_edge(cells_(edge, middle + side * i))) << i;
+    return hidden - 1;
+  };
+  for (const int side : {-1, 1}) {
+    EXPECT_EQ(hidden_beside(side, 2.1f * sigma_m, 2), 2);
+    EXPECT_EQ(hidden_beside(side, 2.1f * sigma_m, sectors_beside), sectors_beside);
+    EXPECT_EQ(hidden_beside(side, 1.9f * sigma_m, 2), 0);
+    EXPECT_EQ(hidden_beside(side, 2.1f * sigma_m, middle), 0) << "level ground behind the edge's smear";
+  }
+  cells_.fill({0, 0, TerrainClass::drivable});
+  cells_(edge, middle).kind = TerrainClass::hidden;
+  for (int sector{middle + 1}; sector < sectors; ++sector)
+    cells_(edge, sector).elevation_m = 0.8f * sigma_m * static_cast<float>(sector);
+  hide_ends(input(), edge, cells_.view());
+  EXPECT_TRUE(is_behind_edge(cells_(edge, middle + sectors_beside - 1)));
+  EXPECT_TRUE(cells_(edge, middle + sectors_beside).is_ground());
+}
+
 const Rig rig{640, 360, 425, 320, 140, 0.2, 1.0, 0, 0};
 
 RoadPlane plane_of(double height_m, double roll_rad = 0) {
