@@ -96,8 +96,8 @@ void separate_movers(const std::vector<FlowVector>& vectors, const Pose2& world_
 /// A cluster for each segment, with its outline.
 void outline_segments(const Pose2& world_from_vehicle, ClusterWorkspace& space);
 
-/// Sets occupancy of each segment's cluster, and velocity where it has no measured one, by its cells in the filtered
-/// grid.
+/// Sets occupancy of each segment's cluster, and velocity and box where it has no measured one, by its cells in the
+/// filtered grid.
 void ask_grid(const GridLayers& world, const Pose2& world_from_vehicle, ClusterWorkspace& space);
 
 /// Sets the velocities of clusters with tracked features.
@@ -126,7 +126,7 @@ void fuse_clusters(std::vector<Cluster>& of_camera, std::uint8_t camera, std::ve
 void fit_boxes(std::span<Cluster> clusters);
 
 /// Segments of `nodes`, split by the velocities of tracked features, and a cluster for each, with the velocity of its
-/// features. See Segmenter::find.
+/// features and its box. See Segmenter::find.
 inline void find_segments(std::span<const ColumnNode> nodes, const Ground& ground, const Relief<Host>& relief,
                           const Pose2& world_from_vehicle, const std::vector<FlowVector>& vectors,
                           ClusterWorkspace& space) {
@@ -134,14 +134,16 @@ inline void find_segments(std::span<const ColumnNode> nodes, const Ground& groun
   separate_movers(vectors, world_from_vehicle, space);
   outline_segments(world_from_vehicle, space);
   measure_velocities(vectors, world_from_vehicle, space);
+  fit_boxes(space.clusters);
 }
 
 /// Completes the clusters by the filtered grid and edges.
 inline void make_clusters(const GridLayers& world, const Pose2& world_from_vehicle, const FrameEdges& edges,
                           ClusterWorkspace& space) {
+  const std::size_t segments{space.clusters.size()};
   ask_grid(world, world_from_vehicle, space);
   add_drops(edges, world, world_from_vehicle, space.clusters);
-  fit_boxes(space.clusters);
+  fit_boxes(std::span{space.clusters}.subspan(segments));
 }
 
 }  // namespace stereogrid

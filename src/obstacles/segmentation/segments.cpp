@@ -101,6 +101,7 @@ Segmenter::Segmenter(const Rig& level_rig, int disparities)
   const std::size_t reserved{nodes_reserved(rig_.width_px, disparities)};
   nodes_.reserve(reserved);
   order_.reserve(reserved);
+  rest_.reserve(reserved);
   segments_.reserve(1024);
   pieces_.reserve(segments_.capacity());
   profile_.reserve(std::max(static_cast<std::size_t>(4 * segments_far_m / slice_m), reserved));

@@ -69,9 +69,15 @@ class Segmenter {
     const auto begin = order_.begin();
     const auto first = begin + static_cast<std::ptrdiff_t>(segments_[segment].begin);
     const auto last = begin + static_cast<std::ptrdiff_t>(segments_[segment].end);
-    const auto middle = std::partition(first, last, [&](int i) { return belongs(node(i)); });
-    std::sort(first, middle);
-    std::sort(middle, last);
+    rest_.clear();  // as std::stable_partition, which allocates
+    auto middle = first;
+    for (auto i = first; i != last; ++i) {
+      if (belongs(node(*i)))
+        *middle++ = *i;
+      else
+        rest_.push_back(*i);
+    }
+    std::ranges::copy(rest_, middle);
     if (middle == first || middle == last) return false;
     for (auto i = middle; i != last; ++i) nodes_[static_cast<std::size_t>(*i)].segment = static_cast<int>(size());
     segments_.push_back({static_cast<std::size_t>(middle - begin), segments_[segment].end});
@@ -80,7 +86,7 @@ class Segmenter {
   }
 
   [[nodiscard]] std::size_t memory_bytes() const {
-    return memory_bytes_of(bins_, labels_, marks_, nodes_, order_, segments_, pieces_, profile_);
+    return memory_bytes_of(bins_, labels_, marks_, nodes_, order_, rest_, segments_, pieces_, profile_);
   }
 
  private:
@@ -130,6 +136,7 @@ class Segmenter {
   Image<std::uint64_t> marks_;  ///< (bins, W / mark_bits): a bit for each node
   std::vector<SegmentNode> nodes_;
   std::vector<int> order_;  ///< nodes by segment
+  std::vector<int> rest_;   ///< nodes that split() moves
   std::vector<Range> segments_;
   std::vector<Piece> pieces_;    ///< segments, while they are joined
   std::vector<double> profile_;  ///< surface by slices, or tops of columns, of a segment

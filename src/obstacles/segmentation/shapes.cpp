@@ -226,18 +226,19 @@ void fit_box(const Direction& direction, Cluster& cluster) {
   cluster.width_m = across_max - across_min;
 }
 
-// The smallest box, its longer side along its yaw.
+// The smallest box, its longer side along its yaw. `directions`: over half a turn, across in the second half.
 void fit_smallest_box(std::span<const Direction> directions, Cluster& cluster) {
-  const Direction* best{directions.data()};
+  const std::size_t quarter{directions.size() / 2};
+  std::size_t best{0};
   double least_m2{std::numeric_limits<double>::max()};
-  for (const Direction& one : directions) {
-    fit_box(one, cluster);
+  for (std::size_t i{0}; i < quarter; ++i) {
+    fit_box(directions[i], cluster);
     const double area_m2{cluster.length_m * cluster.width_m};
-    if (cluster.length_m < cluster.width_m || area_m2 >= least_m2) continue;
+    if (area_m2 >= least_m2) continue;
     least_m2 = area_m2;
-    best = &one;
+    best = cluster.length_m < cluster.width_m ? i + quarter : i;
   }
-  fit_box(*best, cluster);
+  fit_box(directions[best], cluster);
 }
 
 }  // namespace
@@ -292,8 +293,10 @@ void ask_grid(const GridLayers& world, const Pose2& world_from_vehicle, ClusterW
       velocity.y += of_node * static_cast<double>(world.velocity_y(x, y));
     }
     cluster.moving = occupied > 0 ? moving / occupied : 0;
-    if (cluster.moving > 0.5 && !cluster.has_measured_velocity())
+    if (cluster.moving > 0.5 && !cluster.has_measured_velocity()) {
       cluster.velocity = {velocity.x / occupied, velocity.y / occupied};
+      fit_boxes({&cluster, 1});
+    }
     cluster.occupancy = known > 0 ? occupied / known : 0.5;
   }
 }

@@ -59,7 +59,7 @@ bool is_in_view_of(const Rig& rig, Point2 at) {
 double Bounds::gap_to(const Bounds& other, Point2 moved) const {
   const double x{std::max(other.least.x - (most.x + moved.x), least.x + moved.x - other.most.x)};
   const double y{std::max(other.least.y - (most.y + moved.y), least.y + moved.y - other.most.y)};
-  return std::hypot(std::max(x, 0.0), std::max(y, 0.0));
+  return x > 0 && y > 0 ? std::hypot(x, y) : std::max({x, y, 0.0});
 }
 
 Point2 Tracker::Track::middle() const {
