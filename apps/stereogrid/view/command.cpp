@@ -7,11 +7,11 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "cli/console.hpp"
 #include "cli/program.hpp"
+#include "connect/message_output.hpp"
 #include "connect/page.hpp"
 #include "stereogrid/server/server.hpp"
 #include "view/playback.hpp"
@@ -22,29 +22,24 @@ namespace {
 /// Messages to the page, all of them latched and wanted: the player may stand still before a viewer comes.
 class LatchedSink final : public messages::Sink {
  public:
-  explicit LatchedSink(server::Server& server) : server_{server} {}
+  explicit LatchedSink(server::Server& server) : viewers_{viewer_sink(server)} {}
 
   std::uint32_t add(const messages::Channel& channel) override {
     const auto found{std::ranges::find(topics_, channel.topic)};
     if (found != topics_.end()) return static_cast<std::uint32_t>(found - topics_.begin());
-    server::Channel advertised;
-    advertised.topic = channel.topic;
-    advertised.schema_name = channel.type;
-    advertised.schema = channel.definition;
-    advertised.latched = true;
     topics_.push_back(channel.topic);
-    channels_.push_back(server_.add_channel(std::move(advertised)));
-    return static_cast<std::uint32_t>(channels_.size() - 1);
+    messages::Channel latched{channel};
+    latched.latched = true;
+    return viewers_->add(latched);
   }
   [[nodiscard]] bool wants(std::uint32_t) const override { return true; }
   void send(std::uint32_t channel, std::int64_t stamp_ns, std::span<const std::byte> cdr) override {
-    server_.send(channels_.at(channel), static_cast<std::uint64_t>(stamp_ns), cdr);
+    viewers_->send(channel, stamp_ns, cdr);
   }
 
  private:
-  server::Server& server_;
+  std::unique_ptr<messages::Sink> viewers_;
   std::vector<std::string> topics_;
-  std::vector<server::ChannelId> channels_;
 };
 
 struct ViewOptions {
