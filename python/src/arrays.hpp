@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -34,6 +35,21 @@ template <class T>
 std::optional<Plane<T>> view_unless_empty(const Image<T>& image, nb::handle owner) {
   if (image.empty()) return std::nullopt;
   return view_of(image, owner);
+}
+
+/// Binds views of an image in the data that `of` finds in the bound object.
+template <class Bound, class Data, class T, class Of = std::identity>
+void bind_image(nb::class_<Bound>& bound, const char* name, Image<T> Data::*image, const char* text, Of of = {}) {
+  bound.def_prop_ro(
+      name, [=](nb::handle self) { return view_of(of(nb::cast<const Bound&>(self)).*image, self); }, text);
+}
+
+/// As bind_image(); None: the image is empty.
+template <class Bound, class Data, class T, class Of = std::identity>
+void bind_image_or_none(nb::class_<Bound>& bound, const char* name, Image<T> Data::*image, const char* text,
+                        Of of = {}) {
+  bound.def_prop_ro(
+      name, [=](nb::handle self) { return view_unless_empty(of(nb::cast<const Bound&>(self)).*image, self); }, text);
 }
 
 /// Array of a type that NumPy can convert, as given by the caller. Construction and destruction require the GIL; the

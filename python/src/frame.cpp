@@ -19,29 +19,23 @@ namespace {
 
 using nb::handle;
 
-template <class T>
-void bind_image(nb::class_<FrameTruth>& truth, const char* name, Image<T> FrameTruth::*image, const char* doc) {
-  truth.def_prop_ro(
-      name, [image](handle self) { return view_unless_empty(nb::cast<const FrameTruth&>(self).*image, self); }, doc);
-}
-
 void bind_truth_images(nb::class_<FrameTruth>& truth) {
-  bind_image(truth, "disparity", &FrameTruth::disparity, "px, 0 = none.");
-  bind_image(truth, "label", &FrameTruth::label, "0 sky, 1 road, 2 obstacle, 3 low.");
-  bind_image(truth, "instance", &FrameTruth::instance, "Id of the object, 0 = none.");
-  bind_image(truth, "seen_by_both", &FrameTruth::seen_by_both, "255: visible in the right image, too.");
-  bind_image(truth, "state", &FrameTruth::state, "State of the cells: 0 hidden, 1 seen free, 2 seen occupied.");
-  bind_image(truth, "occupied", &FrameTruth::occupied, "A footprint overlaps the cell, seen or not.");
-  bind_image(truth, "owner", &FrameTruth::owner, "Id of the object on the cell, 0 = none.");
-  bind_image(truth, "pixels", &FrameTruth::pixels, "Obstacle pixels that fall into the cell.");
-  bind_image(truth, "seen_object", &FrameTruth::seen_object, "Id of the object of most of those pixels.");
-  bind_image(truth, "free_points", &FrameTruth::free_points, "Seen ones of the cell's 3 x 3 ground points.");
-  bind_image(truth, "low", &FrameTruth::low, "A low object lies on the cell.");
-  bind_image(truth, "velocity_x", &FrameTruth::velocity_x, "m/s, world axes.");
-  bind_image(truth, "velocity_y", &FrameTruth::velocity_y, "m/s, world axes.");
-  bind_image(truth, "terrain", &FrameTruth::terrain, "0 hidden, 1 drivable, 2 obstacle, 3 drop, 4 beyond.");
-  bind_image(truth, "elevation_m", &FrameTruth::elevation_m, "Height of the ground at the cell's center.");
-  bind_image(truth, "step_m", &FrameTruth::step_m, "Height of a step; negative where it falls.");
+  bind_image_or_none(truth, "disparity", &FrameTruth::disparity, "px, 0 = none.");
+  bind_image_or_none(truth, "label", &FrameTruth::label, "0 sky, 1 road, 2 obstacle, 3 low.");
+  bind_image_or_none(truth, "instance", &FrameTruth::instance, "Id of the object, 0 = none.");
+  bind_image_or_none(truth, "seen_by_both", &FrameTruth::seen_by_both, "255: visible in the right image, too.");
+  bind_image_or_none(truth, "state", &FrameTruth::state, "State of the cells: 0 hidden, 1 seen free, 2 seen occupied.");
+  bind_image_or_none(truth, "occupied", &FrameTruth::occupied, "A footprint overlaps the cell, seen or not.");
+  bind_image_or_none(truth, "owner", &FrameTruth::owner, "Id of the object on the cell, 0 = none.");
+  bind_image_or_none(truth, "pixels", &FrameTruth::pixels, "Obstacle pixels that fall into the cell.");
+  bind_image_or_none(truth, "seen_object", &FrameTruth::seen_object, "Id of the object of most of those pixels.");
+  bind_image_or_none(truth, "free_points", &FrameTruth::free_points, "Seen ones of the cell's 3 x 3 ground points.");
+  bind_image_or_none(truth, "low", &FrameTruth::low, "A low object lies on the cell.");
+  bind_image_or_none(truth, "velocity_x", &FrameTruth::velocity_x, "m/s, world axes.");
+  bind_image_or_none(truth, "velocity_y", &FrameTruth::velocity_y, "m/s, world axes.");
+  bind_image_or_none(truth, "terrain", &FrameTruth::terrain, "0 hidden, 1 drivable, 2 obstacle, 3 drop, 4 beyond.");
+  bind_image_or_none(truth, "elevation_m", &FrameTruth::elevation_m, "Height of the ground at the cell's center.");
+  bind_image_or_none(truth, "step_m", &FrameTruth::step_m, "Height of a step; negative where it falls.");
 }
 
 nb::ndarray<nb::numpy, const double, nb::shape<-1, 2>> footprint_of(handle self) {

@@ -27,12 +27,6 @@
 namespace stereogrid::python {
 namespace {
 
-template <class T>
-void bind_image(nb::class_<StageImages>& stages, const char* name, Image<T> StageImages::*image, const char* doc) {
-  stages.def_prop_ro(
-      name, [image](nb::handle self) { return view_of(nb::cast<const StageImages&>(self).*image, self); }, doc);
-}
-
 void bind_stages(nb::module_& module) {
   nb::class_<StageImages> stages{module, "StageImages",
                                  "Images between the stages. H, W: image size; D: disparities; views."};
@@ -74,50 +68,44 @@ const FrameResult& data_of(nb::handle self) {
   return nb::cast<const Result&>(self).data;
 }
 
+constexpr auto of_result = [](const Result& result) -> const FrameResult& { return result.data; };
+
 const char* const occupancy_text{"P(occupied) in [0, 1]; 0.5 = unknown. View (ny, nx)."};
 const char* const velocity_text{"x and y, m/s over ground, along the axes of the grid. Copy (2, ny, nx)."};
 const char* const covariance_text{"xx, xy and yy of the velocity, m²/s². Copy (3, ny, nx)."};
 const char* const age_text{"Time since the cell was last observed, s; inf = never. View (ny, nx)."};
 const char* const moving_text{"P(occupied by a dynamic object). View (ny, nx)."};
 
-/// Layers of the filtered grid. `layers_of` takes the handle of the object that owns them.
-template <class Class, class LayersOf>
-void bind_layers(Class& bound, LayersOf layers_of) {
-  bound.def_prop_ro(
-      "occupancy", [=](nb::handle self) { return view_of(layers_of(self).occupancy, self); }, occupancy_text);
+/// Layers of the filtered grid, which `of` finds in the bound object.
+template <class Bound, class Of = std::identity>
+void bind_layers(nb::class_<Bound>& bound, Of of = {}) {
+  bind_image(bound, "occupancy", &GridLayers::occupancy, occupancy_text, of);
   bound.def_prop_ro(
       "velocity",
       [=](nb::handle self) {
-        const GridLayers& layers{layers_of(self)};
+        const GridLayers& layers{of(nb::cast<const Bound&>(self))};
         return stack({&layers.velocity_x, &layers.velocity_y});
       },
       nb::rv_policy::automatic, velocity_text);
   bound.def_prop_ro(
       "velocity_covariance",
       [=](nb::handle self) {
-        const GridLayers& layers{layers_of(self)};
+        const GridLayers& layers{of(nb::cast<const Bound&>(self))};
         return stack({&layers.velocity_xx, &layers.velocity_xy, &layers.velocity_yy});
       },
       nb::rv_policy::automatic, covariance_text);
-  bound.def_prop_ro(
-      "age_s", [=](nb::handle self) { return view_of(layers_of(self).age_s, self); }, age_text);
-  bound.def_prop_ro(
-      "moving", [=](nb::handle self) { return view_of(layers_of(self).moving, self); }, moving_text);
+  bind_image(bound, "age_s", &GridLayers::age_s, age_text, of);
+  bind_image(bound, "moving", &GridLayers::moving, moving_text, of);
 }
 
 void bind_world(nb::module_& module) {
   nb::class_<GridLayers> layers{module, "GridLayers", "The filtered grid in one frame of reference."};
   layers.def_ro("grid", &GridLayers::geometry);
-  bind_layers(layers, [](nb::handle self) -> const GridLayers& { return nb::cast<const GridLayers&>(self); });
+  bind_layers(layers);
   nb::class_<Prediction> prediction{module, "Prediction", "The filtered grid some time later."};
   prediction.def_ro("horizon_s", &Prediction::horizon_s);
-  prediction.def_prop_ro(
-      "occupancy", [](nb::handle self) { return view_of(nb::cast<const Prediction&>(self).occupancy, self); },
-      "In the cells of FrameResult.grid.");
-  prediction.def_prop_ro(
-      "world_occupancy",
-      [](nb::handle self) { return view_of(nb::cast<const Prediction&>(self).world_occupancy, self); },
-      "In the cells of FrameResult.world.grid.");
+  bind_image(prediction, "occupancy", &Prediction::occupancy, "In the cells of FrameResult.grid.");
+  bind_image(prediction, "world_occupancy", &Prediction::world_occupancy, "In the cells of FrameResult.world.grid.");
 }
 
 template <class Byte>
@@ -130,16 +118,13 @@ std::optional<Plane<std::uint8_t>> bytes_of(const Image<Byte>& image, nb::handle
 }
 
 void bind_grids(nb::class_<Result>& result) {
-  result.def_prop_ro(
-      "observed", [](nb::handle self) { return view_of(data_of(self).observed, self); },
-      "P(occupied) of this frame alone; 0.5 = unknown. View (ny, nx).");
-  bind_layers(result, [](nb::handle self) -> const GridLayers& { return data_of(self).vehicle; });
-  result.def_prop_ro(
-      "elevation_m", [](nb::handle self) { return view_unless_empty(data_of(self).elevation_m, self); },
-      "Above the ground plane; NaN = unseen. View (ny, nx); None: ground.model is plane.");
-  result.def_prop_ro(
-      "elevation_sigma_m", [](nb::handle self) { return view_unless_empty(data_of(self).elevation_sigma_m, self); },
-      "Standard deviation of the elevation; NaN = unseen.");
+  bind_image(result, "observed", &FrameResult::observed,
+             "P(occupied) of this frame alone; 0.5 = unknown. View (ny, nx).", of_result);
+  bind_layers(result, [](const Result& self) -> const GridLayers& { return self.data.vehicle; });
+  bind_image_or_none(result, "elevation_m", &FrameResult::elevation_m,
+                     "Above the ground plane; NaN = unseen. View (ny, nx); None: ground.model is plane.", of_result);
+  bind_image_or_none(result, "elevation_sigma_m", &FrameResult::elevation_sigma_m,
+                     "Standard deviation of the elevation; NaN = unseen.", of_result);
   result.def_prop_ro(
       "terrain", [](nb::handle self) { return bytes_of(data_of(self).terrain, self); },
       "Class of the ground, numbers of TERRAIN_CLASSES. View (ny, nx); None: ground.model is plane.");
@@ -147,14 +132,12 @@ void bind_grids(nb::class_<Result>& result) {
       "witness", [](nb::handle self) { return bytes_of(data_of(self).witness, self); },
       "Evidence of free cells: & 15 is a number of WITNESSES, >> 4 the class k of its age, up to 2**k / 16 s; 0: this "
       "frame. View (ny, nx); None: ground.model is plane.");
-  result.def_prop_ro(
-      "world_elevation_m", [](nb::handle self) { return view_unless_empty(data_of(self).world_elevation_m, self); },
-      "Above the ground plane over all frames, in the cells of `world`; NaN = never seen. None: ground.model is "
-      "plane.");
-  result.def_prop_ro(
-      "world_elevation_sigma_m",
-      [](nb::handle self) { return view_unless_empty(data_of(self).world_elevation_sigma_m, self); },
-      "Standard deviation of that elevation; NaN = never seen.");
+  bind_image_or_none(result, "world_elevation_m", &FrameResult::world_elevation_m,
+                     "Above the ground plane over all frames, in the cells of `world`; NaN = never seen. None: "
+                     "ground.model is plane.",
+                     of_result);
+  bind_image_or_none(result, "world_elevation_sigma_m", &FrameResult::world_elevation_sigma_m,
+                     "Standard deviation of that elevation; NaN = never seen.", of_result);
   result.def_prop_ro(
       "world_terrain", [](nb::handle self) { return bytes_of(data_of(self).world_terrain, self); },
       "Class of the ground over time, in the cells of `world`: drops and obstacles of all frames, free ground. None: "
@@ -209,7 +192,6 @@ std::vector<std::string> texts_of(const std::vector<Warning>& warnings) {
 void bind_cameras(nb::module_& module, nb::class_<Result>& result) {
   nb::class_<FrameResult> camera{module, "CameraResult",
                                  "Result of one of several cameras alone. Views in the cells of FrameResult.grid."};
-  const auto of = [](nb::handle self) -> const FrameResult& { return nb::cast<const FrameResult&>(self); };
   camera.def_ro("name", &FrameResult::camera_name, "Name of the camera (Rig.name).");
   camera.def_ro("speed_limit_mps", &FrameResult::speed_limit_mps,
                 "Limit of this camera; 0 without a usable frame; inf: none.");
@@ -219,13 +201,11 @@ void bind_cameras(nb::module_& module, nb::class_<Result>& result) {
   camera.def_ro("ground", &FrameResult::ground);
   camera.def_ro("obstacle_density", &FrameResult::obstacle_density, "Share of the pixels.");
   camera.def_ro("road_density", &FrameResult::road_density, "Share of the pixels.");
+  bind_image(camera, "observed", &FrameResult::observed, occupancy_text);
+  bind_image_or_none(camera, "elevation_m", &FrameResult::elevation_m,
+                     "Above the ground plane; NaN = unseen. None: ground.model is plane.");
   camera.def_prop_ro(
-      "observed", [of](nb::handle self) { return view_of(of(self).observed, self); }, occupancy_text);
-  camera.def_prop_ro(
-      "elevation_m", [of](nb::handle self) { return view_unless_empty(of(self).elevation_m, self); },
-      "Above the ground plane; NaN = unseen. None: ground.model is plane.");
-  camera.def_prop_ro(
-      "terrain", [of](nb::handle self) { return bytes_of(of(self).terrain, self); },
+      "terrain", [](nb::handle self) { return bytes_of(nb::cast<const FrameResult&>(self).terrain, self); },
       "Class of the ground, numbers of TERRAIN_CLASSES. None: ground.model is plane.");
   camera.def_ro("stages", &FrameResult::stages,
                 "Images between the stages; those of the first camera are FrameResult.stages.");
