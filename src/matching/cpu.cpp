@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "backend/cpu.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <functional>
-#include <vector>
 
 #include "backend/reference.hpp"
 #include "matching/checks/simd.hpp"

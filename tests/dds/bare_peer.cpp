@@ -7,8 +7,6 @@
 // Exit code 0: as many came; 2: the time was over.
 #include "bare_peer.hpp"
 
-#include <algorithm>
-#include <cstring>
 #include <string_view>
 #include <type_traits>
 

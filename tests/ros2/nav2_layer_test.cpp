@@ -3,7 +3,6 @@
 // ros2/stereogrid_nav2 in the update loop of Nav2's costmaps, as the stand-in has it.
 #include <gmock/gmock.h>
 
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <memory>

@@ -6,7 +6,6 @@
 #include <limits>
 #include <map>
 #include <span>
-#include <utility>
 
 #include "input.hpp"
 #include "stereogrid/error.hpp"

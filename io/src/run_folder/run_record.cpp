@@ -9,7 +9,6 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <set>
-#include <system_error>
 
 #include "run_folder/description_json.hpp"
 #include "stereogrid/error.hpp"

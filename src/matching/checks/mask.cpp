@@ -2,7 +2,6 @@
 #include "matching/checks/mask.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 
 namespace stereogrid {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <bit>
-#include <cstring>
 #include <limits>
 #include <opencv2/imgcodecs.hpp>
 
