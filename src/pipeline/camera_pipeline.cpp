@@ -70,11 +70,13 @@ Rejection CameraPipeline::check(CameraFrame& now) {
   const bool decides_terrain{state_.terrain || !config_.ground.estimate};
   if (rejection == Rejection::none && !decides_terrain && falls_away(matches, rig_, ground.plane))
     rejection.reason = Rejection::falls_away;
-  if (state_.terrain) {
-    const ScopedTimer timer{now.times.ground};
-    stages_->finish_ground(*state_.terrain, now.result);
-  }
   return rejection;
+}
+
+void CameraPipeline::finish_ground(CameraFrame& now) {
+  if (!state_.terrain) return;
+  const ScopedTimer timer{now.times.ground};
+  stages_->finish_ground(*state_.terrain, now.result);
 }
 
 void CameraPipeline::find_segments(CameraFrame& now) {
@@ -82,9 +84,9 @@ void CameraPipeline::find_segments(CameraFrame& now) {
   if (!now.is_usable()) return;
   const ScopedTimer timer{now.times.track};
   const Ground& plane{now.ground.plane};
-  const Relief<Host> relief{state_.terrain ? state_.terrain->rules().relief : Relief<Host>{}};
-  stereogrid::find_segments(stages_->find_nodes(plane, relief), plane, relief, now.frame.world_from_camera,
-                            state_.scene_flow.vectors(), clusters_);
+  Relief<Host> relief{state_.terrain ? state_.terrain->rules().relief : Relief<Host>{}};
+  const std::span<const ColumnNode> nodes{stages_->find_nodes(plane, relief)};
+  stereogrid::find_segments(nodes, plane, relief, now.frame.world_from_camera, state_.scene_flow.vectors(), clusters_);
 }
 
 void CameraPipeline::settle(CameraFrame& now, const Rejection& checked) {

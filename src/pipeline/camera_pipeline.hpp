@@ -96,7 +96,9 @@ class CameraPipeline {
   void observe(const CameraFrame& now, bool is_usable);
   /// Checks the frame. May run beside observe().
   [[nodiscard]] Rejection check(CameraFrame& now);
-  /// Segments of a usable frame. May run beside publish().
+  /// Waits for the ground: terrain and result have it.
+  void finish_ground(CameraFrame& now);
+  /// Segments of a usable frame. May run beside finish_ground() and publish().
   void find_segments(CameraFrame& now);
   /// Decides about the ground.
   void settle(CameraFrame& now, const Rejection& checked);

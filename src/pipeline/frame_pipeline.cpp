@@ -87,7 +87,10 @@ std::span<const NewExtrinsics> FramePipeline::process(const FrameSet& frame, Fra
   const auto remember_elevation = [&] {
     if (FrameTerrain* const common{at(0).terrain()}) common->remember_elevation(terrains_, result);
   };
-  cpu_.together([&] { cpu_.together(remember_elevation, find_segments); }, [&] { publish(grids, result); });
+  cpu_.together(find_segments, [&] {
+    for_cameras([](CameraPipeline& camera, CameraFrame& now) { camera.finish_ground(now); });
+    cpu_.together(remember_elevation, [&] { publish(grids, result); });
+  });
 
   new_extrinsics_.clear();
   for (CameraFrame& now : now_) {

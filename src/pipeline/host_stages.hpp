@@ -100,7 +100,7 @@ class HostStages final : public Stages {
     });
   }
 
-  std::span<const ColumnNode> find_nodes(const Ground& ground, const Relief<Host>& relief) override {
+  std::span<const ColumnNode> find_nodes(const Ground& ground, Relief<Host>& relief) override {
     return columns_.find(std::as_const(space_.matches.obstacle).view(), ground, relief, ranges_of(cpu_));
   }
 

@@ -166,14 +166,13 @@ class Stages {
   /// Walk, relief, cells and rules of the ground, after FrameTerrain::set_noise(), and low obstacles. A device works on
   /// it, and keeps what observe() needs, while the host continues.
   virtual void find_ground(FrameTerrain& terrain, FrameResult& result) = 0;
-  /// Waits for it: they are set, in the terrain and in the result. Another thread than that of observe() and filter()
-  /// may call this.
+  /// Waits for it: they are set, in the terrain and in the result. May run beside find_nodes().
   virtual void finish_ground(FrameTerrain& terrain, FrameResult& result) = 0;
   /// Occupancy of the vehicle's grid and of the window (IV, V-A) by this camera.
   virtual void observe(const FrameGrids& grids, const Evidence& evidence, FrameResult& result) = 0;
-  /// Nodes of the obstacles in the last matches, on the ground of the last observe(), by which a device has counted
-  /// them. Valid until the next observe(). Another thread than that of observe() may call this.
-  virtual std::span<const ColumnNode> find_nodes(const Ground& ground, const Relief<Host>& relief) = 0;
+  /// Nodes of the obstacles in the last matches. A device has counted them on the ground of the last observe(), and
+  /// sets `relief` to that. Valid until the next observe(). Another thread than that of observe() may call this.
+  virtual std::span<const ColumnNode> find_nodes(const Ground& ground, Relief<Host>& relief) = 0;
   /// Fuses the observed grids of several cameras, all of this back end, by CameraPool: input of filter(). These are the
   /// stages with the filter, and may be of a camera without a frame.
   virtual void fuse_cameras(std::span<const CameraGrids> cameras, FrameResult& result) = 0;

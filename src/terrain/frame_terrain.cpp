@@ -112,8 +112,7 @@ void FrameTerrain::write_window(int ix, int iy, const CellGround& ground) {
   elevation_.see(ix, iy, ground.elevation_m, ground.sigma_m);
 }
 
-void FrameTerrain::set_ground(View<const std::int16_t> relief, std::span<const GroundCell> cells, FrameResult& result) {
-  terrain_.set_relief(relief);
+void FrameTerrain::set_ground(std::span<const GroundCell> cells, FrameResult& result) {
   clear_vehicle(0, vehicle_grid_.ny, result);
   clear_window(0, place_.window.ny);
   for (const auto& [grid, cell, ground] : cells) {

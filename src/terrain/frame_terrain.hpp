@@ -78,8 +78,8 @@ class FrameTerrain {
                      [&](int ix, int iy, const CellGround& ground) { write_window(ix, iy, ground); });
     });
   }
-  /// Sets them, as find_ground() has found them elsewhere. `cells`: in any order.
-  void set_ground(View<const std::int16_t> relief, std::span<const GroundCell> cells, FrameResult& result);
+  /// Sets the cells, as find_ground() has found them elsewhere, in any order.
+  void set_ground(std::span<const GroundCell> cells, FrameResult& result);
   /// Marks low obstacles of the frame, after its ground. `low`: cells of LowObstacleFinder, valid until the next frame.
   void mark_low_obstacles(std::span<const LowCell> low, FrameResult& result);
   /// A frame in which the camera has no image.

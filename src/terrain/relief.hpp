@@ -181,8 +181,6 @@ class TerrainRelief {
   /// Prepares fill(), once all sectors have a profile.
   void count_level();
   void fill(int sector, const PolarCell* cells);
-  /// Sets the relief, as fill() has found it elsewhere.
-  void set(View<const std::int16_t> rows) { std::copy_n(rows.data, rows_.size(), rows_.data()); }
 
   [[nodiscard]] const ReliefModel& model() const { return model_; }
   [[nodiscard]] Relief<Host> view() const { return {rows_.view()}; }

@@ -65,8 +65,6 @@ class Terrain {
     for_sectors([&](int sector) { relief_.fill(sector, walked_.cells.row(sector)); });
     count_observed_rings();
   }
-  /// Sets the relief, as find_relief() has found it elsewhere.
-  void set_relief(View<const std::int16_t> rows) { relief_.set(rows); }
   /// Edges of the last find(), from left to right: one a sector at most.
   void add_edges(std::vector<EdgePoint>& edges) const;
   /// After find_relief(): calls work(ix, iy, CellGround) for the cells of rows begin … end − 1 that have ground; the

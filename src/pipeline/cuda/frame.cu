@@ -162,9 +162,15 @@ void DeviceMemory::observe_nothing(Cuda& cuda) {
   }
 }
 
-void DeviceMemory::fetch_window(Cuda& cuda, HostMemory& host) {
+void DeviceMemory::fetch_occupancy(Cuda& cuda, HostMemory& host) {
   const std::size_t offset{observed.size()};
-  download(cuda, grids.data() + offset, LayersOnDevice::layers * world.occupancy.size(), host.grids.data() + offset);
+  download(cuda, grids.data() + offset, world.occupancy.size(), host.grids.data() + offset);
+}
+
+void DeviceMemory::fetch_window(Cuda& cuda, HostMemory& host) {
+  const std::size_t offset{observed.size() + world.occupancy.size()};
+  download(cuda, grids.data() + offset, (LayersOnDevice::layers - 1) * world.occupancy.size(),
+           host.grids.data() + offset);
 }
 
 void DeviceMemory::fetch_final(Cuda& cuda, HostMemory& host) {

@@ -80,6 +80,8 @@ struct GridSizes {
 struct PackedGrids {
   explicit PackedGrids(const GridSizes& sizes);
 
+  static constexpr int window{2};  ///< first image of the window behind its occupancy
+  static constexpr int window_end{1 + 8};
   static constexpr int images{1 + 2 * 8};
   /// Images begin … end − 1.
   static void copy_to(const float* packed, int begin, int end, FrameResult& result);
@@ -134,7 +136,9 @@ struct DeviceMemory {
   void fetch_answer(Cuda& cuda, HostMemory& host);
   /// Both observed grids are unknown.
   void observe_nothing(Cuda& cuda);
-  /// The window, as the filter leaves it.
+  /// The window's occupancy, as the filter leaves it.
+  void fetch_occupancy(Cuda& cuda, HostMemory& host);
+  /// Its other layers.
   void fetch_window(Cuda& cuda, HostMemory& host);
   /// Final grids: the vehicle's, the observed one and the window's occupancy.
   void fetch_final(Cuda& cuda, HostMemory& host);

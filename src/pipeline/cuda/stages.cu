@@ -59,6 +59,7 @@ void CudaStages::load_kernels() {
   enqueue_walk({{}, rings_of(config_), {}});
   find_low_obstacles();
   find_ground();
+  count_nodes();
   for (const bool is_usable : {false, true}) enqueue_observation(is_usable);
   if (!options_.filters) return;
   stereogrid::fuse_cameras(cuda_, {}, device_.observed.view());
@@ -182,9 +183,8 @@ void CudaStages::find_ground(FrameTerrain& terrain, FrameResult&) {
 void CudaStages::finish_ground(FrameTerrain& terrain, FrameResult& result) {
   cuda_.use();
   times_.wait_for(StreamTimes::grounded);
-  const View<const std::int16_t, Device> rows{device_.rays.relief_view().rows};
   terrain.set_walked(device_.terrain.on_host());
-  terrain.set_ground({host_.relief.data(), rows.width, rows.height, rows.pitch}, ground_.found(), result);
+  terrain.set_ground(ground_.found(), result);
   terrain.mark_low_obstacles(low_obstacles_.found(), result);
 }
 
@@ -203,8 +203,9 @@ void CudaStages::observe(const FrameGrids&, const Evidence& evidence, FrameResul
     *host_.blur_px.data() = evidence.blur_px;
   }
   has_observed_ = true;
+  times_.mark(cuda_, StreamTimes::resumed);
+  if (evidence.is_usable) count_nodes();
   perform(cuda_, observe_graphs_[evidence.is_usable ? 1 : 0], [&] { enqueue_observation(evidence.is_usable); });
-  times_.mark(cuda_, StreamTimes::observed);
 }
 
 // The stream of the filter waits for those of the cameras, and a camera's next observation for the filter's.
@@ -230,10 +231,11 @@ void CudaStages::fuse_cameras(std::span<const CameraGrids> cameras, FrameResult&
     times_.let_wait(static_cast<CudaStages&>(*camera.stages).cuda_, StreamTimes::fused);
 }
 
-// Counted with the observation, on the same ground and relief.
-std::span<const ColumnNode> CudaStages::find_nodes(const Ground&, const Relief<Host>&) {
+std::span<const ColumnNode> CudaStages::find_nodes(const Ground&, Relief<Host>& relief) {
   cuda_.use();
   times_.wait_for(StreamTimes::observed);
+  const View<const std::int16_t, Device> rows{device_.rays.relief_view().rows};
+  if (has_terrain()) relief = {{host_.relief.data(), rows.width, rows.height, rows.pitch}};
   return columns_.nodes();
 }
 
@@ -251,6 +253,9 @@ void CudaStages::filter(const FrameGrids& grids, const FilterEvidence& evidence,
   if (grids.is_first) reset(cuda_, device_.filter, &device_.set.data()->motion, device_.states[1 - now_]);
   const bool has_others{!grids.frame.other_grids.empty()};
   perform(cuda_, filter_graphs_[has_others ? 1 : 0][now_], [this, has_others] { enqueue_filter(has_others); });
+  times_.mark(cuda_, StreamTimes::filtered);
+  device_.fetch_window(cuda_, host_);
+  times_.mark(cuda_, StreamTimes::fetched);
 }
 
 // The first time without a graph: what the driver prepares at a kernel's first launch does not belong into a recording.
@@ -322,7 +327,6 @@ void CudaStages::split_surfaces() {
 }
 
 void CudaStages::enqueue_observation(bool is_usable) {
-  times_.mark(cuda_, StreamTimes::resumed);
   if (is_usable) {
     count();
     times_.mark(cuda_, StreamTimes::counted);
@@ -334,9 +338,14 @@ void CudaStages::enqueue_observation(bool is_usable) {
   times_.mark(cuda_, StreamTimes::projected);
 }
 
+// Without a graph, for the host waits for them alone.
+void CudaStages::count_nodes() {
+  columns_.count(cuda_, std::as_const(device_.matches.obstacle).view(), device_.rays.relief_view());
+  times_.mark(cuda_, StreamTimes::observed);
+}
+
 void CudaStages::count() {
   const MatchViews matches{std::as_const(device_.matches.obstacle).view(), std::as_const(device_.matches.road).view()};
-  columns_.count(cuda_, matches.obstacle, device_.rays.relief_view());
   const Ground* ground{&device_.frame()->ground};
   if (counts_rays()) count_rays(cuda_, matches, rig_, ground, config_.u_disparity, device_.rays);
   if (!counts_rays() || options_.stage_images) {
@@ -375,9 +384,7 @@ void CudaStages::enqueue_filter(bool has_others) {
                                  device_.states[now_], device_.world);
   }
   stereogrid::resample(cuda_, device_.world, &set->window, &set->vehicle_in_world, device_.vehicle);
-  times_.mark(cuda_, StreamTimes::filtered);
-  device_.fetch_window(cuda_, host_);
-  times_.mark(cuda_, StreamTimes::fetched);
+  device_.fetch_occupancy(cuda_, host_);
 }
 
 void CudaStages::enqueue_finish(const FinalStep& step) {
@@ -418,7 +425,7 @@ void CudaStages::scatter_lattice() {
 
 View<const float> CudaStages::filtered(const FrameResult&) {
   cuda_.use();
-  synchronize();
+  times_.wait_for(StreamTimes::filtered);
   const int cells{sizes_.window};
   return {host_.grids.data() + PackedGrids{sizes_}.world, cells, cells, cells};
 }
@@ -433,15 +440,25 @@ void CudaStages::finish(const FrameGrids&, const FinalStep& step, FrameResult& r
   perform(cuda_, finish_graphs_[step.is_corrected ? 1 : 0][step.is_widened ? 1 : 0], [&] { enqueue_finish(step); });
 }
 
+// Layers that the filter has left are copied while the device works on the final grids.
 void CudaStages::publish(const FrameGrids& grids, FrameResult& result) {
   cuda_.use();
+  const auto copy = [&](int first, int last) {
+    options_.copy(last - first, [&](int begin, int end) {
+      PackedGrids::copy_to(host_.grids.data(), first + begin, first + end, result);
+    });
+  };
+  if (options_.filters) {
+    times_.wait_for(StreamTimes::fetched);
+    copy(PackedGrids::window, PackedGrids::window_end);
+  }
   synchronize();
   result.timing_ms = times_.stages(std::exchange(has_observed_, false), options_.filters);
   if (!options_.filters) return;
   Stopwatch watch;
   result.world.geometry = grids.window;
-  options_.copy(PackedGrids::images,
-                [&](int begin, int end) { PackedGrids::copy_to(host_.grids.data(), begin, end, result); });
+  copy(0, PackedGrids::window);
+  copy(PackedGrids::window_end, PackedGrids::images);
   std::copy_n(host_.witness.data(), result.witness.size(), result.witness.data());
   result.timing_ms.filter += watch.lap();
   now_ = 1 - now_;

@@ -30,7 +30,7 @@ class CudaStages final : public Stages {
   void finish_ground(FrameTerrain& terrain, FrameResult& result) override;
   void observe(const FrameGrids& grids, const Evidence& evidence, FrameResult& result) override;
   void fuse_cameras(std::span<const CameraGrids> cameras, FrameResult& result) override;
-  std::span<const ColumnNode> find_nodes(const Ground& ground, const Relief<Host>& relief) override;
+  std::span<const ColumnNode> find_nodes(const Ground& ground, Relief<Host>& relief) override;
   void filter(const FrameGrids& grids, const FilterEvidence& evidence, FrameResult& result) override;
   View<const float> filtered(const FrameResult& result) override;
   void finish(const FrameGrids& grids, const FinalStep& step, FrameResult& result) override;
@@ -70,6 +70,7 @@ class CudaStages final : public Stages {
   void split_given(const Ground* ground);
   void split_surfaces();
   void enqueue_observation(bool is_usable);
+  void count_nodes();
   void count();
   void project();
   void enqueue_filter(bool has_others);
