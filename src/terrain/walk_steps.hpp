@@ -55,8 +55,6 @@ class Walk {
   STEREOGRID_HD void fill_missing(float z);
   STEREOGRID_HD void set_obstacle(const RingSamples& samples);
   STEREOGRID_HD void miss();
-  [[nodiscard]] STEREOGRID_HD const PolarCell* ground_beside(int offset) const;
-  [[nodiscard]] STEREOGRID_HD bool has_wide_front() const;
   /// The right camera sees too few columns of the sector's ground in this ring.
   [[nodiscard]] STEREOGRID_HD bool is_blind() const {
     return static_cast<float>((sector_ + 1) * sector_px - samples_min) < in_.camera.focal_baseline_pxm / view_.begin_m;
@@ -126,43 +124,23 @@ STEREOGRID_HD inline void Walk::miss() {
   state_.is_alive = false;
 }
 
-// Ground in another sector; nullptr: none.
-STEREOGRID_HD inline const PolarCell* Walk::ground_beside(int offset) const {
-  const int beside{sector_ + offset};
-  if (beside < 0 || beside >= all_cells_.height) return nullptr;
-  const PolarCell& cell{all_cells_(ring_, beside)};
-  return cell.is_ground() ? &cell : nullptr;
-}
-
-// Such ground to one side is as wide as a passage.
-STEREOGRID_HD inline bool Walk::has_wide_front() const {
-  const float sector_m{sector_px * view_.x / in_.camera.focal_px};
-  for (const int side : {-1, 1}) {
-    int count{0};
-    while (ground_beside(side * (count + 1)) != nullptr) ++count;
-    if (static_cast<float>(count) * sector_m >= passage_width * in_.limits.height_m) return true;
-  }
-  return false;
-}
-
 // Continues from ground in two neighbours; behind an edge, not within its smear. Behind a confirmed
 // one nothing is visible before the landing.
 STEREOGRID_HD inline bool Walk::take_over(View<const SectorWalk> walks) {
   const bool is_behind_edge{walk_.end != no_ring && ring_ >= walk_.end};
   if (is_blind() || (is_behind_edge && ring_ <= walk_.end_seen + 1)) return false;
-  const bool is_behind_confirmed{is_behind_edge && is_end_confirmed(sector_, walks)};
-  if (is_behind_confirmed && ring_ <= walk_.landing) return false;
+  if (is_behind_edge && ring_ <= walk_.landing && is_end_confirmed(sector_, walks)) return false;
   float sum{0};
   float slopes{0};
   int count{0};
   for (const int offset : {-2, -1, 1, 2}) {
-    const PolarCell* const cell{ground_beside(offset)};
-    if (cell == nullptr) continue;
-    sum += cell->elevation_m;
-    slopes += cell->slope;
+    const int beside{sector_ + offset};
+    if (beside < 0 || beside >= all_cells_.height || !all_cells_(ring_, beside).is_ground()) continue;
+    sum += all_cells_(ring_, beside).elevation_m;
+    slopes += all_cells_(ring_, beside).slope;
     ++count;
   }
-  if (count < 2 || (is_behind_confirmed && !has_wide_front())) return false;
+  if (count < 2) return false;
   const float z{sum / static_cast<float>(count)};
   const float slope{slopes / static_cast<float>(count)};
   const float across_m{1.5f * sector_px * view_.x / in_.camera.focal_px};
@@ -174,7 +152,7 @@ STEREOGRID_HD inline bool Walk::take_over(View<const SectorWalk> walks) {
 }
 
 STEREOGRID_HD inline void Walk::step_lost() {
-  if (!is_blind() && walk_.end != no_ring && ring_ >= walk_.end) cells_[ring_].kind = TerrainClass::hidden;
+  if (walk_.end != no_ring && ring_ >= walk_.end) cells_[ring_].kind = TerrainClass::hidden;
 }
 
 STEREOGRID_HD inline void Walk::meet_gap(int row, float z) {
