@@ -199,7 +199,7 @@ void LowObstacleFinder::sum_along(int iy, int pass) {
       Weight& weight{weights[ix]};
       weight = {0, 0};
       if (!std::isnan(level)) {
-        weight = model.weighted<double>(pass, model.places.x_of(ix, iy), level, planes[ix].z, noises[ix]);
+        weight = model.weighted<double>(pass, model.places.x_of(ix, iy), level, planes[ix], noises[ix]);
         sum.add(weight, ix, 1);
       }
     }
@@ -219,7 +219,7 @@ void LowObstacleFinder::fit_planes() {
       if (added >= rows_.begin && added < rows_.end) sum.add(moments_(ix, added), added, 1);
       if (removed >= rows_.begin) sum.add(moments_(ix, removed), removed, -1);
       if (iy < rows_.begin || std::isnan(level_m_(ix, iy))) continue;
-      planes_(ix, iy) = LowModel::plane_of(sum, ix, iy);
+      planes_(ix, iy) = LowModel::plane_of(sum, ix, iy, planes_(ix, iy).z);
     }
   }
 }

@@ -108,12 +108,12 @@ __global__ void set_levels(const LowFrameOnDevice* frame, const float* noise_px,
       const std::int16_t top{of_rank(of_cell, samples, samples - LowModel::decile_of(samples))};
       const float x{frame->model.places.x_of(ix, iy)};
       level = {LowModel::height_m(middle), LowModel::height_m(top), frame->model.noise_m(x, noise_px)};
-      weight = frame->model.weighted<int>(0, x, level.middle_m, 0, level.noise_m);
+      weight = frame->model.weighted<int>(0, x, level.middle_m, {}, level.noise_m);
     }
     if (lane != 0) return;
     cells.levels[cell] = level;
     cells.weights[cell] = weight;
-    cells.planes[cell] = {LowModel::none_m, 0, 0};
+    cells.planes[cell] = {LowModel::none_m, 0, 0, LowModel::none_m};
   });
 }
 
@@ -145,10 +145,10 @@ __global__ void fit_planes(const LowFrameOnDevice* frame, int pass, LowCellsOnDe
   LowMoments<Whole> sum{};
   for (int y{max(iy - reach, box.first_y)}; y <= min(iy + reach, box.end_y - 1); ++y)
     sum.add(cells.moments[box.index(ix, y)], y, 1);
-  const LowPlane plane{LowModel::plane_of(sum, ix, iy)};
+  const LowPlane plane{LowModel::plane_of(sum, ix, iy, cells.planes[cell].z)};
   cells.planes[cell] = plane;
   const float x{frame->model.places.x_of(ix, iy)};
-  cells.weights[cell] = frame->model.weighted<int>(pass + 1, x, level.middle_m, plane.z, level.noise_m);
+  cells.weights[cell] = frame->model.weighted<int>(pass + 1, x, level.middle_m, plane, level.noise_m);
 }
 
 // Depth of the lowest level below its plane; all lanes of the warp together.

@@ -61,6 +61,7 @@ struct LowPlane {
   float z;     ///< at the middle of the cell, m; NaN: none
   float east;  ///< rise, m per cell
   float north;
+  float fall;  ///< depth below that of the pass before, m; NaN: none
 };
 
 /// Result of the samples of a cell.
@@ -107,6 +108,10 @@ struct LowModel {
   static constexpr float plane_share{0.1f};
   static constexpr float plane_sigmas{0.5f};
   static constexpr float plane_below{2};  ///< lowest ones of the last pass below it, relative to these
+  /// A plane that has fallen by more standard deviations than that was lifted by stones, which may be more than half of
+  /// the cells; one that has fallen by more than that share of a step lies between both sides of an edge.
+  static constexpr float lifted_sigmas{1.5f};
+  static constexpr float lifted_share{0.5f};
   /// Least height of an obstacle relative to the depth of the lowest level around it: errors are on both sides.
   static constexpr float depths{1.75f};
   /// Samples over this share of what the matcher leaves of a step are those of an obstacle's face and top,
@@ -172,29 +177,33 @@ struct LowModel {
     return camera.elevation_sigma(camera.height_m, x, noise_px[static_cast<int>(Max(place, 0.0f))]);
   }
   /// Weight of a level. At first levels near the frame's plane count, then those near the plane of the pass before.
-  /// Cells over it, as a kerb, would raise it, errors below it would lower it.
-  [[nodiscard]] STEREOGRID_HD float weight_of(int pass, float x, float level, float plane, float noise) const {
+  /// Cells over it, as a kerb, would raise it, errors below it would lower it, unless it is still too high.
+  [[nodiscard]] STEREOGRID_HD float weight_of(int pass, float x, float level, const LowPlane& plane,
+                                              float noise) const {
     if (pass == 0) {
       const float share{level / (3 * limits.step_m + 0.15f * x)};
       return 1 / (1 + share * share * share * share);
     }
-    const float over{level - plane};
+    const float over{level - plane.z};
+    const bool is_lifted{plane.fall > lifted_sigmas * noise && plane.fall < lifted_share * limits.step_m};
     const float highest{Max(plane_share * limits.step_m, plane_sigmas * noise)};
-    const float lowest{pass == plane_passes - 1 ? -plane_below * highest
-                                                : -2 * Max(matched_share * limits.step_m, sigmas * noise)};
+    const float lowest{pass == plane_passes - 1 && !is_lifted
+                           ? -plane_below * highest
+                           : -2 * Max(matched_share * limits.step_m, sigmas * noise)};
     return over >= highest ? 0.0f : over > lowest ? 1.0f : 0.02f;
   }
   /// A level with its weight.
   template <class Number>
-  [[nodiscard]] STEREOGRID_HD LowWeight<Number> weighted(int pass, float x, float level, float plane,
+  [[nodiscard]] STEREOGRID_HD LowWeight<Number> weighted(int pass, float x, float level, const LowPlane& plane,
                                                          float noise) const {
     const auto n = static_cast<Number>(static_cast<int>(weight_of(pass, x, level, plane, noise) * full_weight + 0.5f));
     return {n, n * static_cast<Number>(level * per_m)};
   }
+  /// `before_m`: height of the plane of the pass before; NaN: none.
   template <class Number>
-  [[nodiscard]] STEREOGRID_HD static LowPlane plane_of(const LowMoments<Number>& sum, int ix, int iy) {
+  [[nodiscard]] STEREOGRID_HD static LowPlane plane_of(const LowMoments<Number>& sum, int ix, int iy, float before_m) {
     const auto n = static_cast<double>(sum.along.n);
-    if (n < 3 * full_weight) return {none_m, 0, 0};
+    if (n < 3 * full_weight) return {none_m, 0, 0, none_m};
     const double x{static_cast<double>(sum.along.x) / n};
     const double y{static_cast<double>(sum.y) / n};
     const double z{static_cast<double>(sum.along.z) / n};
@@ -211,7 +220,8 @@ struct LowModel {
       north = (yz * xx - xz * xy) / det;
     }
     const double here{z + east * (ix - x) + north * (iy - y)};
-    return {static_cast<float>(here / per_m), static_cast<float>(east / per_m), static_cast<float>(north / per_m)};
+    const auto here_m = static_cast<float>(here / per_m);
+    return {here_m, static_cast<float>(east / per_m), static_cast<float>(north / per_m), before_m - here_m};
   }
   /// Heights over the plane in the middle of the cell.
   [[nodiscard]] STEREOGRID_HD Limits limits_of(const LowPlane& plane, float x, float noise) const {
