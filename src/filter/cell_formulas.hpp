@@ -129,17 +129,27 @@ struct ViewOfCell {
   T decay;
   T coarseness;  ///< depth of a pixel of disparity, relative to the largest at which memory is sharp; 1 at least
   T squares;     ///< squared distance from the camera, in cells
+  T partial;     ///< 1: in view, but not wholly; 0: else
 };
 
-/// True: the camera of `view` sees a cell that is (dx, dy) cells from it.
+/// By how many cells a cell lies within a view: in_angle ≥ 0: the left camera sees a part of it; wholly ≥ 0: both
+/// cameras see it from the least height of obstacles on.
 template <class T>
-STEREOGRID_HD inline auto is_in_angle(const ViewOfStep& view, T dx, T dy) {
+struct DepthInView {
+  T in_angle;
+  T wholly;
+};
+
+/// Depth of the cell that is (dx, dy) cells from the camera of `view`.
+template <class T>
+STEREOGRID_HD inline DepthInView<T> depth_in_view(const ViewOfStep& view, T dx, T dy) {
   const auto of = [dx](float value) { return number(dx, value); };
   const T ahead{dx * of(view.ahead_x) + dy * of(view.ahead_y)};
   const T left{dy * of(view.ahead_x) - dx * of(view.ahead_y)};
-  const T beyond_left{left - ahead * of(view.left)};
-  const T beyond_right{of(0) - left - ahead * of(view.right)};
-  return And(ahead > of(0), Max(beyond_left, beyond_right) <= of(0));
+  const T within_left{ahead * of(view.left) - left};
+  const T within_right{left + ahead * of(view.right)};
+  return {Min(ahead, Min(within_left, within_right)),
+          Min(ahead - of(view.nearest), Min(within_left - of(view.baseline), within_right))};
 }
 
 /// View of the cell in column x and row y.
@@ -149,15 +159,18 @@ STEREOGRID_HD inline ViewOfCell<T> view_of_cell(const FilterStep& step, T x, T y
   const T dx{x - of(step.views[0].camera_x)};
   const T dy{y - of(step.views[0].camera_y)};
   const T squares{dx * dx + dy * dy};
-  auto is_in_view = (is_in_angle)(step.views[0], dx, dy);
+  DepthInView<T> depth{(depth_in_view)(step.views[0], dx, dy)};
   for (int i{1}; i <= step.other_views; ++i) {
     const ViewOfStep& view{step.views[i]};
-    is_in_view = Or(is_in_view, (is_in_angle)(view, x - of(view.camera_x), y - of(view.camera_y)));
+    const DepthInView<T> other{(depth_in_view)(view, x - of(view.camera_x), y - of(view.camera_y))};
+    depth = {Max(depth.in_angle, other.in_angle), Max(depth.wholly, other.wholly)};
   }
+  const auto is_in_view = depth.in_angle >= of(0);
   const T coarseness{Max(squares / of(step.sharp_squares), of(1))};
   const T decay_in_view{Min(of(step.decay_in_view) * coarseness, of(0.5f))};
   return {IfThenElseZero(squares > of(step.new_view_squares), of(1) - of(step.new_view_squares) / squares),
-          IfThenElse(is_in_view, decay_in_view, of(step.decay)), IfThenElse(is_in_view, coarseness, of(1)), squares};
+          IfThenElse(is_in_view, decay_in_view, of(step.decay)), IfThenElse(is_in_view, coarseness, of(1)), squares,
+          IfThenElseZero(And(is_in_view, depth.wholly < of(0)), of(1))};
 }
 
 /// Limits repeated evidence, since errors repeat while the view is the same. A repeated observation moves a cell to its
@@ -193,7 +206,7 @@ STEREOGRID_HD inline T displaced_standing(T arrived, T standing) {
 /// `arrived`: Σ m(k) before it, of which `standing` is static; `age_s`: of the cell before the step; `view`:
 /// view_of_cell. An unseen cell stays unknown even if its mass has moved into seen cells. Mass that appears on ground
 /// just seen free is more likely to move than mass from unknown space, unless a pixel of disparity has a large depth
-/// there.
+/// there. Rays that pass above a standing thing, or where the right camera does not see it, are no evidence against it.
 template <class T>
 STEREOGRID_HD inline UpdateOfCell<T> joint_update(const FilterStep& step, T arrived, T standing, T age_s,
                                                   const CellLikelihood<T>& likelihood, const ViewOfCell<T>& view) {
@@ -211,8 +224,11 @@ STEREOGRID_HD inline UpdateOfCell<T> joint_update(const FilterStep& step, T arri
   const T predicted{share * remembered};
   const T repeated{IfThenElse(is_never_seen, one, view.repeated)};
   const auto is_repeated = And(repeated > of(0), predicted > of(0));
-  const T occupied{IfThenElse(is_repeated, fresh_ratio(repeated, predicted, likelihood), likelihood.occupied)};
-  const T free{IfThenElse(is_repeated, one, likelihood.empty)};
+  const auto is_overlooked = And(view.partial > of(0), And(predicted > of(0.5f), standing > of(0.5f) * arrived));
+  const auto is_kept = And(is_overlooked, likelihood.odds < one);
+  const T ratio{IfThenElse(is_repeated, fresh_ratio(repeated, predicted, likelihood), likelihood.occupied)};
+  const T occupied{IfThenElse(is_kept, one, ratio)};
+  const T free{IfThenElse(Or(is_repeated, is_kept), one, likelihood.empty)};
   const T gain{share * occupied / (occupied * predicted + free * (one - predicted))};
   const T unseen{gain * kept * lacking};
   const T changed{gain * Min(view.decay, of(step.decay_in_view)) * empty};

@@ -128,6 +128,8 @@ struct CameraView {
   double parallax_px_m2{std::numeric_limits<double>::infinity()};
   /// Disparity of a point times its distance. Infinite: unknown.
   double focal_baseline_pxm{std::numeric_limits<double>::infinity()};
+  double nearest_m{0};   ///< distance ahead from which on the image shows obstacles of the least height
+  double baseline_m{0};  ///< to the right camera
 
   /// Change of a point's disparity after which the matching errors are independent.
   static constexpr double new_view_px{0.5};

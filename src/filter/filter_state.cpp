@@ -129,7 +129,9 @@ ViewOfStep view_of_step(const CameraView& view, const GridGeometry& grid) {
           static_cast<float>(std::cos(view.camera.yaw_rad)),
           static_cast<float>(std::sin(view.camera.yaw_rad)),
           static_cast<float>(view.left),
-          static_cast<float>(view.right)};
+          static_cast<float>(view.right),
+          static_cast<float>(view.nearest_m / grid.cell_size_m),
+          static_cast<float>(view.baseline_m / grid.cell_size_m)};
 }
 
 void set_noise(const FilterConfig& config, double dt_s, int velocities, FilterStep& step) {

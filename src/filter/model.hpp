@@ -22,8 +22,10 @@ struct ViewOfStep {
   float camera_y;
   float ahead_x;  ///< viewing direction, of length 1
   float ahead_y;
-  float left;   ///< cells to the left, for each cell ahead, that it sees; to the right
-  float right;  ///< both negative: nothing is known of the camera
+  float left;      ///< cells to the left, for each cell ahead, that it sees; to the right
+  float right;     ///< both negative: nothing is known of the camera
+  float nearest;   ///< cells ahead from which on it sees the least height of obstacles
+  float baseline;  ///< cells to the right camera
 };
 
 /// Constants of one filter step.

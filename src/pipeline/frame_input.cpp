@@ -78,10 +78,23 @@ std::size_t CameraInput::memory_bytes() const {
   return memory_bytes_of(left_, right_, disparity_);
 }
 
-FrameInput::FrameInput(const MotionConfig& config, std::span<const Rig> rigs, const PipelineOptions& options)
-    : gap_max_s_{config.gap_max_s},
+namespace {
+
+// Distance ahead from which on the image shows things of that height.
+double nearest_seen_m(const Rig& rig, double height_m) {
+  const double rows{rig.height_px - 1 - (rig.cy_px - rig.focal_px * std::tan(rig.camera_pitch_rad))};
+  const double above_m{std::max(rig.camera_height_m - height_m, 0.0)};
+  if (above_m > 0 && rows <= 0) return std::numeric_limits<double>::infinity();
+  return above_m * rig.focal_px / (std::max(rows, 1.0) * std::cos(rig.camera_pitch_rad));
+}
+
+}  // namespace
+
+FrameInput::FrameInput(const Config& config, std::span<const Rig> rigs, const PipelineOptions& options)
+    : gap_max_s_{config.motion.gap_max_s},
+      obstacle_min_height_m_{config.u_disparity.obstacle_min_height_m},
       cameras_(rigs.begin(), rigs.end()),
-      now_{{}, EgoMotion{config, options.in_world_of_poses}} {
+      now_{{}, EgoMotion{config.motion, options.in_world_of_poses}} {
   now_.ego_motion.start_at(options.start);
   frames_.reserve(rigs.size());
   views_.reserve(rigs.size());
@@ -145,7 +158,8 @@ void FrameInput::add(const CameraImages& one, const StereoFrame& newest, Cpu& cp
   const Rig& rig{camera.rig()};
   const double focal_baseline_pxm{rig.focal_px * rig.baseline_m};
   views_.push_back({level.world_from_camera, rig.cx_px / rig.focal_px, (rig.width_px - rig.cx_px) / rig.focal_px,
-                    focal_baseline_pxm * travelled_m, focal_baseline_pxm});
+                    focal_baseline_pxm * travelled_m, focal_baseline_pxm, nearest_seen_m(rig, obstacle_min_height_m_),
+                    rig.baseline_m});
   last.world_from_vehicle = vehicle;
 }
 

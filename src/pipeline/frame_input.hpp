@@ -73,7 +73,7 @@ struct CameraImages {
 /// Converts stereo frames to the frame pipeline's input: time step, poses in the world, level images.
 class FrameInput {
  public:
-  FrameInput(const MotionConfig& config, std::span<const Rig> rigs, const PipelineOptions& options);
+  FrameInput(const Config& config, std::span<const Rig> rigs, const PipelineOptions& options);
 
   [[nodiscard]] const CameraInput& camera(std::size_t index) const { return cameras_[index]; }
   [[nodiscard]] std::size_t cameras() const { return cameras_.size(); }
@@ -120,6 +120,7 @@ class FrameInput {
   void add(const CameraImages& one, const StereoFrame& newest, Cpu& cpu, FrameResult& result);
 
   double gap_max_s_;
+  double obstacle_min_height_m_;
   std::vector<CameraInput> cameras_;
   Moment now_;
   std::vector<LevelFrame> frames_;  // cameras of the last convert(); likewise the next two

@@ -53,7 +53,7 @@ struct Pipeline::Implementation {
         is_automatic{asked.back_end == BackEnd::automatic},
         has_estimate(given.size()),
         cpu{options.back_end == BackEnd::reference ? 1 : options.threads},
-        input{parameters.motion, given, options},
+        input{parameters, given, options},
         is_mask_of_frame(given.size()) {
     for (std::size_t i{0}; i < cameras(); ++i) {
       configs.push_back(resolved(parameters, given, i, asked.extrinsics_given));

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "filter/filter.hpp"
 
@@ -67,6 +68,30 @@ TEST(CellView, DecayIsQuickerWhereAPixelIsDeeperThanFiveCells) {
   EXPECT_LE(decay(0.2, 40), 0.5f) << "a cell is unknown at most";
   EXPECT_EQ(decay(0.05, 2), decay(0.05, 4.5));
   EXPECT_NEAR(decay(0.05, 9), 81.0 / 25 * decay(0.05, 2), 0.1 * decay(0.05, 2));
+}
+
+// The image shows the least height from 4 m ahead on. 2 m ahead, rays pass above a chain that stands; in the strip of
+// the baseline's width along the left border only one camera sees it.
+TEST(CellView, WhatStandsIsFreedOnlyWhereItIsSeenWholly) {
+  const FilterConfig config;
+  const FilterTables tables{config};
+  const GridGeometry window{-10.1, -20.1, 0.2, 300, 300};
+  const auto occupancy = [&](Point2 at, float standing, float observed, std::span<const CameraView> others = {}) {
+    const CameraView view{{0, 0, 0}, 1, 1, std::numeric_limits<double>::infinity(), 100, 4, 0.5};
+    const FilterStep step{step_of({config, tables, window, 0.1, view, nullptr, others})};
+    const CellIndex cell{*window.cell_at(at)};
+    const Likelihood likelihood{likelihood_of(tables.likelihood.data(), observed)};
+    return joint_update(step, 0.95f, standing, 0.0f, likelihood, view_of(step, cell.ix, cell.iy)).occupancy;
+  };
+  EXPECT_LT(occupancy({6, 0}, 0.9f, 0.02f), 0.4f) << "seen wholly";
+  EXPECT_GT(occupancy({2, 0}, 0.9f, 0.02f), 0.85f) << "too near";
+  EXPECT_GT(occupancy({6, 5.8}, 0.9f, 0.02f), 0.85f) << "not seen by the right camera";
+  EXPECT_LT(occupancy({6, -5.8}, 0.9f, 0.02f), 0.4f) << "seen by both";
+  EXPECT_LT(occupancy({2, 0}, 0.3f, 0.02f), 0.4f) << "it moves, and leaves by itself";
+  EXPECT_GT(occupancy({2, 0}, 0.9f, 0.98f), occupancy({2, 0}, 0.9f, 0.5f)) << "evidence for it counts";
+  EXPECT_EQ(occupancy({2, 0}, 0.9f, 0.02f), occupancy({6, 0}, 0.9f, 0.5f)) << "as if not observed";
+  const CameraView behind{{-4, 0, 0}, 1, 1, std::numeric_limits<double>::infinity(), 100, 4, 0.5};
+  EXPECT_LT(occupancy({2, 0}, 0.9f, 0.02f, {&behind, 1}), 0.4f) << "another camera sees it wholly";
 }
 
 // Divides the odds by 4 in cells with a coarseness of 4, if the frame does not confirm the obstacle.

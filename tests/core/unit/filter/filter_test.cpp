@@ -268,7 +268,7 @@ INSTANTIATE_TEST_SUITE_P(Models, FilterOfEachModel, testing::Values(FilterModel:
 TEST(FilterRepetition, TheSameViewCountsOnce) {
   FilterStep step{};
   step.kept_moving = step.kept_standing = step.prior_static = 1;
-  CellView view{1, 0, 1, 0};
+  CellView view{1, 0, 1, 0, 0};
   const FilterTables tables{FilterConfig{}};
   const auto after = [&](float before, float observed, int steps) {
     const Likelihood likelihood{likelihood_of(tables.likelihood.data(), observed)};
