@@ -80,12 +80,12 @@ std::size_t CameraInput::memory_bytes() const {
 
 namespace {
 
-// Distance ahead from which on the image shows things of that height.
-double nearest_seen_m(const Rig& rig, double height_m) {
-  const double rows{rig.height_px - 1 - (rig.cy_px - rig.focal_px * std::tan(rig.camera_pitch_rad))};
-  const double above_m{std::max(rig.camera_height_m - height_m, 0.0)};
+// Distance ahead from which on the level image shows things of that height.
+double nearest_seen_m(const Rig& level, double height_m) {
+  const double rows{level.height_px - 1 - (level.cy_px - level.focal_px * std::tan(level.camera_pitch_rad))};
+  const double above_m{std::max(level.camera_height_m - height_m, 0.0)};
   if (above_m > 0 && rows <= 0) return std::numeric_limits<double>::infinity();
-  return above_m * rig.focal_px / (std::max(rows, 1.0) * std::cos(rig.camera_pitch_rad));
+  return above_m * level.focal_px / std::max(rows, 1.0);
 }
 
 }  // namespace
@@ -158,8 +158,8 @@ void FrameInput::add(const CameraImages& one, const StereoFrame& newest, Cpu& cp
   const Rig& rig{camera.rig()};
   const double focal_baseline_pxm{rig.focal_px * rig.baseline_m};
   views_.push_back({level.world_from_camera, rig.cx_px / rig.focal_px, (rig.width_px - rig.cx_px) / rig.focal_px,
-                    focal_baseline_pxm * travelled_m, focal_baseline_pxm, nearest_seen_m(rig, obstacle_min_height_m_),
-                    rig.baseline_m});
+                    focal_baseline_pxm * travelled_m, focal_baseline_pxm,
+                    nearest_seen_m(camera.level_rig(), obstacle_min_height_m_), rig.baseline_m});
   last.world_from_vehicle = vehicle;
 }
 

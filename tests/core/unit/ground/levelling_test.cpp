@@ -3,6 +3,7 @@
 
 #include "backend/cpu.hpp"
 #include "matching/checks/mask.hpp"
+#include "pipeline/frame_input.hpp"
 #include "support.hpp"
 
 namespace stereogrid::test {
@@ -152,6 +153,23 @@ TEST(Levelling, LevelRigDiffersInItsPitchItsRowsAndTheirCentreOnly) {
   EXPECT_NEAR(level.cy_px, pitched_rig(3).cy_px - pitched_rig(3).focal_px * std::tan(3 * degree), 8);
   EXPECT_GE(level.height_px, pitched_rig(3).height_px) << "no row that the camera sees is cut off";
   EXPECT_EQ(Levelling{pitched_rig(0.5)}.level_rig(), pitched_rig(0.5));
+}
+
+TEST(Levelling, TheViewBeginsWhereTheLastRowMeetsTheLeastHeight) {
+  Config config{preset("default")};
+  config.u_disparity.obstacle_min_height_m = 0.2;
+  for (const double pitch_deg : {-9.0, 0.5, 5.0, 20.0}) {
+    const Rig rig{pitched_rig(pitch_deg)};
+    FrameInput input{config, {&rig, 1}, {}};
+    StereoFrame frame;
+    frame.left = frame.right = Image<std::uint8_t>{rig.width_px, rig.height_px};
+    const CameraImages images{frame, {frame.left.view(), frame.right.view()}};
+    Cpu cpu{1};
+    FrameResult result;
+    const double last{rig.camera_pitch_rad + std::atan((rig.height_px - 1 - rig.cy_px) / rig.focal_px)};
+    const double nearest_m{input.convert({&images, 1}, cpu, result).views[0].nearest_m};
+    EXPECT_NEAR(nearest_m * std::tan(last) / (rig.camera_height_m - 0.2), 1, 0.02) << pitch_deg;
+  }
 }
 
 TEST(LevelMapping, ThereAndBackIsTheSamePlace) {
