@@ -157,9 +157,11 @@ void FrameInput::add(const CameraImages& one, const StereoFrame& newest, Cpu& cp
           : std::numeric_limits<double>::infinity()};
   const Rig& rig{camera.rig()};
   const double focal_baseline_pxm{rig.focal_px * rig.baseline_m};
+  const bool is_alone{newest.other_grids.empty()};  // else another source sees what the camera overlooks
   views_.push_back({level.world_from_camera, rig.cx_px / rig.focal_px, (rig.width_px - rig.cx_px) / rig.focal_px,
                     focal_baseline_pxm * travelled_m, focal_baseline_pxm,
-                    nearest_seen_m(camera.level_rig(), obstacle_min_height_m_), rig.baseline_m});
+                    is_alone ? nearest_seen_m(camera.level_rig(), obstacle_min_height_m_) : 0,
+                    is_alone ? rig.baseline_m : 0});
   last.world_from_vehicle = vehicle;
 }
 

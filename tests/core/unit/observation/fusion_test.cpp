@@ -163,6 +163,26 @@ TEST(Fusion, ThePipelineHandsOnWhatAnotherSourceHasSeen) {
   }
 }
 
+// The least height is in the image from 2.3 m ahead on. What a camera cannot see nearer, another source can.
+TEST(Fusion, AnotherSourceFreesWhatTheCameraOverlooks) {
+  Pipeline pipeline{preset("default"), small_rig, {.threads = 1}};
+  StereoFrame frame{grey_frame()};
+  frame.world_from_vehicle = Pose2{};
+  const auto after = [&](float observed, int frames) {
+    frame.other_grids = {{{1, -0.5, 1, 1, 1}, Image<float>{1, 1, observed}, {}}};
+    float occupancy{};
+    for (int i{0}; i < frames; ++i) {
+      frame.stamp_ns += 100'000'000;
+      const FrameResult& result{pipeline.process(frame)};
+      const CellIndex cell{*result.vehicle.geometry.cell_at({1.5, 0.1})};
+      occupancy = result.vehicle.occupancy(cell.ix, cell.iy);
+    }
+    return occupancy;
+  };
+  EXPECT_GT(after(0.95f, 5), 0.9f);
+  EXPECT_LT(after(0.05f, 2), 0.5f);
+}
+
 // Errors of several cameras are not independent: their mean log odds.
 TEST(Fusion, CamerasThatSeeACellAreNotCountedTwice) {
   const auto fused = [](std::vector<float> seen) {
