@@ -31,7 +31,7 @@ if [ "${1:-}" != "--tool" ]; then
     ffmpeg                                     # videos, and --video
     fish zsh                                   # completion of the command line
     python3 python3-numpy                      # tests that read our files as users do
-    python3-matplotlib                         # research/figures
+    python3-matplotlib                         # research/compare.py --figure
   )
 fi
 if [ "${1:-}" = "--ci" ]; then

@@ -11,7 +11,6 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -168,13 +167,9 @@ class MethodWriter {
     const Image<float> grid{method_(frame, grid_)};
     if (grid.empty()) return;
     const Image<float> standstill{grid.width(), grid.height(), 0};
-    std::vector<io::NpzArray> arrays{{"observed", grid},
-                                     {"occupancy", grid},
-                                     {"velocity", std::vector{std::cref(standstill), std::cref(standstill)}}};
-    const std::vector<std::size_t> shape{frame.sweep.size(), 3};
-    static_assert(sizeof(evaluation::CameraPoint) == 3 * sizeof(double));
-    const std::span coordinates{reinterpret_cast<const double*>(frame.sweep.data()), 3 * frame.sweep.size()};
-    if (!frame.sweep.empty()) arrays.emplace_back("sweep", shape, coordinates);
+    const std::vector<io::NpzArray> arrays{{"observed", grid},
+                                           {"occupancy", grid},
+                                           {"velocity", std::vector{std::cref(standstill), std::cref(standstill)}}};
     io::write_npz(folder_ / "grids" / (line.at("name").get<std::string>() + ".npz"), arrays);
     // obstacles are those of stereogrid, not of this method
     line["obstacles"] = Json::array();
