@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstdlib>
+#include <exception>
+#include <optional>
 #include <utility>
 
 #include "input/calibration/yaml_group.hpp"
@@ -132,6 +135,114 @@ std::unique_ptr<Recording> open_camera_folders(InputArguments arguments) {
   if (arguments.poses.empty() && is_there(poses)) arguments.poses = poses.string();
   return open_cameras(folders,
                       [&](const std::string& folder) { return open_camera(arguments, folder, folders.size() == 1); });
+}
+
+namespace {
+
+/// The frame nearest in time, within half of its interval; none: there is none.
+std::optional<std::size_t> frame_at(const std::vector<RecordedFrame>& frames, std::int64_t stamp_ns) {
+  if (frames.empty()) return std::nullopt;
+  const auto after{std::ranges::lower_bound(frames, stamp_ns, {}, &RecordedFrame::stamp_ns)};
+  const auto away{[&](auto frame) { return std::abs(frame->stamp_ns - stamp_ns); }};
+  const bool is_before{after == frames.end() || (after != frames.begin() && away(after - 1) < away(after))};
+  const auto nearest{is_before ? after - 1 : after};
+  const auto first{nearest == frames.begin() ? nearest : nearest - 1};
+  const auto next{first + 1 == frames.end() ? first : first + 1};
+  if (first != next && 2 * away(nearest) > next->stamp_ns - first->stamp_ns) return std::nullopt;
+  return static_cast<std::size_t>(nearest - frames.begin());
+}
+
+/// Index of the frame of `frames` that belongs to frame `index` of the first camera; none: there is none. A frame of a
+/// slower camera belongs to the nearer one of two frames only.
+std::optional<std::size_t> partner_of(const std::vector<RecordedFrame>& first, std::size_t index,
+                                      const std::vector<RecordedFrame>& frames) {
+  const std::optional<std::size_t> nearest{frame_at(frames, first[index].stamp_ns)};
+  if (!nearest) return std::nullopt;
+  const auto away_ns = [&](std::size_t one) { return std::abs(first[one].stamp_ns - frames[*nearest].stamp_ns); };
+  const bool has_before{index > 0 && frame_at(frames, first[index - 1].stamp_ns) == nearest};
+  const bool has_after{index + 1 < first.size() && frame_at(frames, first[index + 1].stamp_ns) == nearest};
+  if ((has_before && away_ns(index - 1) <= away_ns(index)) || (has_after && away_ns(index + 1) < away_ns(index)))
+    return std::nullopt;
+  return nearest;
+}
+
+/// Warns of a camera with few frames beside those of the first one, or with missing images.
+void warn_of_frames(const Recording& camera, RecordingContents& contents) {
+  const std::vector<RecordedFrame>& frames{camera.contents().frames};
+  std::size_t partners{0};
+  std::size_t incomplete{0};
+  for (std::size_t i{0}; i < contents.frames.size(); ++i) {
+    const auto partner{partner_of(contents.frames, i, frames)};
+    if (!partner) continue;
+    ++partners;
+    incomplete += frames[*partner].left_exists && frames[*partner].right_exists ? 0U : 1U;
+  }
+  const std::string name{fmt::format("{}, {}", camera.contents().camera_name, printable_path(camera.contents().root))};
+  if (2 * partners < contents.frames.size()) {
+    contents.warnings.push_back(
+        fmt::format("{}: {} of {} frames of the first camera have a frame of it within half an interval. It observes "
+                    "nothing in the "
+                    "others: check that the cameras have one clock.",
+                    name, partners, contents.frames.size()));
+  } else if (2 * partners < frames.size()) {
+    contents.warnings.push_back(fmt::format(
+        "{}: {} of {} frames are used, as the first camera has fewer. List the camera with the most frames first.",
+        name, partners, frames.size()));
+  }
+  if (incomplete > 0) {
+    contents.warnings.push_back(fmt::format("{}: an image is missing in {} of {} frames. It observes nothing there.",
+                                            name, incomplete, partners));
+  }
+}
+
+}  // namespace
+
+void Recording::add_camera(std::unique_ptr<Recording> camera) {
+  if (rigs_.empty()) rigs_.push_back(rig());
+  const auto add = [&camera](const std::vector<std::string>& texts, std::vector<std::string>& to) {
+    for (const std::string& text : texts) {
+      if (std::ranges::count(to, text) == 0)  // else one of the poses or the whole bag
+        to.push_back(camera->contents().camera_name + ": " + text);
+    }
+  };
+  add(camera->contents().notes, contents_.notes);
+  add(camera->contents().warnings, contents_.warnings);
+  warn_of_frames(*camera, contents_);
+  rigs_.push_back(camera->rig());
+  others_.push_back(std::move(camera));
+}
+
+StereoFrame Recording::load(std::size_t index) const {
+  const RecordedFrame& listed{contents_.frames.at(index)};
+  StereoFrame frame;
+  std::exception_ptr failure;
+  try {
+    frame = load_own(index);
+  } catch (const InputError& error) {
+    failure = std::current_exception();
+    frame.name = listed.name;
+    frame.index = static_cast<std::int64_t>(index);
+    frame.stamp_ns = listed.stamp_ns;
+    frame.world_from_vehicle = listed.world_from_vehicle;
+    frame.fault =
+        fmt::format("{}: no usable images; the other cameras are used ({})", contents_.camera_name, error.what());
+  }
+  for (std::size_t i{0}; i < others_.size(); ++i) {
+    const std::vector<RecordedFrame>& listed_others{others_[i]->contents().frames};
+    const auto partner{partner_of(contents_.frames, index, listed_others)};
+    if (!partner) continue;
+    try {
+      StereoFrame other{others_[i]->load_own(*partner)};
+      other.camera = static_cast<int>(i + 1);
+      frame.others.push_back(std::move(other));
+    } catch (const InputError& error) {
+      if (!frame.fault.empty()) frame.fault += "; ";
+      frame.fault += fmt::format("{}: no usable images; it observes nothing ({})", others_[i]->contents().camera_name,
+                                 error.what());
+    }
+  }
+  if (failure && frame.others.empty()) std::rethrow_exception(failure);
+  return frame;
 }
 
 }  // namespace stereogrid::io
