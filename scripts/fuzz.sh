@@ -21,7 +21,7 @@ for name in "${names[@]}"; do
 done
 
 [ -f build/fuzz/build.ninja ] || cmake --preset fuzz --log-level=WARNING
-cmake --build build/fuzz --target "${names[@]/%/_fuzzer}"
+cmake --build build/fuzz --target stereogrid_fuzzer
 
 # inputs become files: many a second, best in memory
 memory=/dev/shm
@@ -54,7 +54,7 @@ fuzz() { # fuzz NAME
   [ "$name" != pipeline ] || seconds=$((2 * share_s))
   mkdir -p "build/fuzz/corpus/$name"
   dictionary "$name" >"build/fuzz/corpus/$name.dict"
-  "build/fuzz/bin/${name}_fuzzer" -max_total_time="$seconds" -timeout=10 -rss_limit_mb=2048 -malloc_limit_mb=2048 -print_final_stats=1 \
+  STEREOGRID_FUZZ_TARGET=$name build/fuzz/bin/stereogrid_fuzzer -max_total_time="$seconds" -timeout=10 -rss_limit_mb=2048 -malloc_limit_mb=2048 -print_final_stats=1 \
     -artifact_prefix="build/fuzz/findings/$name-" -dict="build/fuzz/corpus/$name.dict" "build/fuzz/corpus/$name" "build/fuzz/seeds/$name" >"$log" 2>&1 || status=$?
   local executions coverage
   executions=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log")
@@ -75,7 +75,7 @@ for log in build/fuzz/findings/*.log; do
   printf '\n== %s (%s)\n' "$name" "$log"
   grep -aE -m 3 'what\(\)|ERROR:|runtime error:' "$log" || tail -n 5 "$log"
   for input in build/fuzz/findings/"$name"-*; do
-    echo "Again: build/fuzz/bin/${name}_fuzzer $input"
+    echo "Again: STEREOGRID_FUZZ_TARGET=$name build/fuzz/bin/stereogrid_fuzzer $input"
   done
 done
 echo

@@ -4,17 +4,32 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
+#include <cstdlib>
 #include <string_view>
 
 #include "support.hpp"
 
-namespace stereogrid::fuzz {
-void STEREOGRID_FUZZ_TARGET(Bytes input);
+namespace {
+stereogrid::fuzz::Target target;
+}
+
+// The target is named by the environment, which processes that libFuzzer starts have, too.
+extern "C" int LLVMFuzzerInitialize(int* /*argc*/, char*** /*argv*/) {
+  const char* name{std::getenv("STEREOGRID_FUZZ_TARGET")};
+  for (const auto& known : stereogrid::fuzz::targets()) {
+    if (name != nullptr && std::string_view{known.name} == name) target = known;
+  }
+  if (target.run == nullptr) {
+    std::fprintf(stderr, "STEREOGRID_FUZZ_TARGET has to name a target (tests/fuzz/targets)\n");
+    std::exit(64);
+  }
+  return 0;
 }
 
 // An exception that leaves it is a finding to libFuzzer.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  stereogrid::fuzz::STEREOGRID_FUZZ_TARGET({data, size});
+  target.run({data, size});
   return 0;
 }
 
