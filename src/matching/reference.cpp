@@ -30,11 +30,12 @@ Image<Descriptor> described(View<const std::uint8_t> grey, const Describe& descr
 int window_cost(View<const std::uint8_t> left, View<const std::uint8_t> right, int u, int v, int shift, int half) {
   int sum{0};
   for (int j{-half}; j <= half; ++j) {
+    const int row{std::clamp(v + j, 0, left.height - 1)};
     for (int i{-half}; i <= half; ++i) {
       // the window's pixels outside the left image repeat the border; so do the right image's
       const int column{std::clamp(u + i, 0, left.width - 1)};
-      sum += std::popcount(
-          static_cast<std::uint8_t>(at_clamped(left, column, v + j) ^ at_clamped(right, column - shift, v + j)));
+      const int right_column{std::clamp(column - shift, 0, right.width - 1)};
+      sum += std::popcount(static_cast<std::uint8_t>(left(column, row) ^ right(right_column, row)));
     }
   }
   return sum;
