@@ -9,8 +9,9 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 build=$root/build/release
 
 "$root/scripts/install-dependencies.sh" --python
-# the tests of the package compile the core again in other folders, with ccache
-export CCACHE_NOHASHDIR=1
+# the tests of the package compile the libraries again in other folders, with ccache, which has to see relative paths:
+# files that are compiled as one lie in the build's folder
+export CCACHE_NOHASHDIR=1 CCACHE_BASEDIR="${CCACHE_BASEDIR:-$root}"
 # options of the preset "release", spelt out because the CMake of Ubuntu 22.04 does not support such presets
 cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_EXPORT_COMPILE_COMMANDS=ON \
   -DSTEREOGRID_TESTS=ON -DSTEREOGRID_PYTHON=ON -DSTEREOGRID_SIMD=all
