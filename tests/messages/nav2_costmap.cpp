@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 
@@ -96,6 +97,10 @@ int Nav2Costmap::interpreted(std::int8_t cell) const {
 
 void Nav2Costmap::receive(const std::string& topic, const nav_msgs::OccupancyGrid& grid) {
   EXPECT_EQ(grid.header.frame_id, parameters_["global_frame"].as<std::string>());
+  std::array<int, 256> costs{};
+  for (int value{-128}; value < 128; ++value) {
+    costs[static_cast<std::uint8_t>(value)] = interpreted(static_cast<std::int8_t>(value));
+  }
   for (Layer& layer : layers_) {
     if (layer.plugin != "nav2_costmap_2d::StaticLayer") continue;
     if (layer.parameters["map_topic"].as<std::string>() != topic) continue;
@@ -103,7 +108,7 @@ void Nav2Costmap::receive(const std::string& topic, const nav_msgs::OccupancyGri
                    static_cast<double>(grid.info.resolution), cost::no_information};
     layer.cells.origin = {grid.info.origin.position.x, grid.info.origin.position.y};
     std::ranges::transform(grid.data, layer.cells.costs.begin(),
-                           [this](std::int8_t cell) { return interpreted(cell); });
+                           [&](std::int8_t cell) { return costs[static_cast<std::uint8_t>(cell)]; });
     layer.has_data = true;
   }
 }
@@ -114,10 +119,11 @@ void Nav2Costmap::receive(const std::string& topic, const sensor_msgs::LaserScan
     if (layer.plugin != "nav2_costmap_2d::ObstacleLayer") continue;
     const YAML::Node source{layer.parameters[layer.parameters["observation_sources"].as<std::string>()]};
     if (source["topic"].as<std::string>() != topic) continue;
+    const bool inf_is_valid{source["inf_is_valid"].as<bool>()};
     layer.points.clear();
     for (std::size_t i{0}; i < scan.ranges.size(); ++i) {
       float range{scan.ranges[i]};
-      if (source["inf_is_valid"].as<bool>() && !std::isfinite(range) && range > 0) range = scan.range_max - epsilon;
+      if (inf_is_valid && !std::isfinite(range) && range > 0) range = scan.range_max - epsilon;
       if (!(range < scan.range_max && range >= scan.range_min)) continue;  // laser_geometry
       const float bearing_rad{scan.angle_min + static_cast<float>(i) * scan.angle_increment};
       layer.points.push_back(world_from_scan * Point2{static_cast<double>(range * std::cos(bearing_rad)),
@@ -168,15 +174,18 @@ void Nav2Costmap::add_obstacles(Layer& layer, Bounds& bounds, const Pose2& robot
                              robot.y_m - layer.cells.ny * layer.cells.resolution / 2});
   const YAML::Node source{layer.parameters[layer.parameters["observation_sources"].as<std::string>()]};
   if (source["clearing"].as<bool>()) {
-    for (const Point2 point : layer.points) clear_ray(layer, point, source, bounds);
+    const auto max_m{source["raytrace_max_range"].as<double>()};
+    for (const Point2 point : layer.points) clear_ray(layer, point, max_m, bounds);
   }
+  const bool is_marking{source["marking"].as<bool>()};
+  const auto least_m{source["obstacle_min_range"].as<double>()};
+  const auto most_m{source["obstacle_max_range"].as<double>()};
   for (const Point2 point : layer.points) {
     const double range_m{distance(point, layer.sensor)};
-    const bool is_within{range_m < source["obstacle_max_range"].as<double>() &&
-                         range_m >= source["obstacle_min_range"].as<double>()};
+    const bool is_within{range_m < most_m && range_m >= least_m};
     int mx{0};
     int my{0};
-    if (!source["marking"].as<bool>() || !is_within || !layer.cells.world_to_map(point, mx, my)) continue;
+    if (!is_marking || !is_within || !layer.cells.world_to_map(point, mx, my)) continue;
     layer.cells.at(mx, my) = cost::lethal;
     bounds.touch(point);
   }
@@ -184,14 +193,13 @@ void Nav2Costmap::add_obstacles(Layer& layer, Bounds& bounds, const Pose2& robot
   bounds.touch({robot.x_m + robot_radius_m_, robot.y_m + robot_radius_m_});
 }
 
-// Bresenham's line from the sensor towards the end, raytrace_max_range at most.
-void Nav2Costmap::clear_ray(Layer& layer, Point2 end, const YAML::Node& source, Bounds& bounds) const {
+// Bresenham's line from the sensor towards the end, raytrace_max_range (`max_m`) at most.
+void Nav2Costmap::clear_ray(Layer& layer, Point2 end, double max_m, Bounds& bounds) const {
   int x0{0};
   int y0{0};
   int x1{0};
   int y1{0};
   if (!layer.cells.world_to_map(layer.sensor, x0, y0) || !layer.cells.world_to_map(end, x1, y1)) return;
-  const auto max_m{source["raytrace_max_range"].as<double>()};
   const int steps{std::max(std::abs(x1 - x0), std::abs(y1 - y0))};
   const double length{std::hypot(x1 - x0, y1 - y0)};
   const double scale{length == 0 ? 1 : std::min(1.0, std::ceil(max_m / layer.cells.resolution) / length)};

@@ -91,7 +91,7 @@ class Nav2Costmap {
   }
   void add_bounds(Layer& layer, Bounds& bounds, const Pose2& robot) const;
   void add_obstacles(Layer& layer, Bounds& bounds, const Pose2& robot) const;
-  void clear_ray(Layer& layer, Point2 end, const YAML::Node& source, Bounds& bounds) const;
+  void clear_ray(Layer& layer, Point2 end, double max_m, Bounds& bounds) const;
   void write_static(const Layer& layer, const Area& area, const Pose2& robot);
   void write_obstacles(Layer& layer, const Area& area, const Pose2& robot);
   void inflate(const Layer& layer, const Area& area);
