@@ -13,6 +13,6 @@ log=$(mktemp)
 trap 'rm -f "$log"' EXIT
 run() { "$ros/bin/python" -W ignore "$source/tests/ros2/peers/$4_test.py" 2>&1 | tee "$log"; }
 run "$@" && exit
-grep -A2 '^Timeout' "$log" | grep -q 'rclpy/executors.py.* in _take_subscription' || exit 1
+grep -A2 'Timeout (' "$log" | grep -q 'rclpy/executors.py.* in _take_subscription' || exit 1
 echo "REPEATED: Fast DDS did not return from take"
 run "$@"
