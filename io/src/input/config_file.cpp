@@ -55,11 +55,17 @@ class Settings {
     return text.empty() ? "none" : text;
   }
 
+  [[nodiscard]] bool is_group(const std::string& name) const {
+    bool is_one{false};
+    visit_parameters(config_, [&](std::string_view group, const Parameter&, const auto&) { is_one |= group == name; });
+    return is_one;
+  }
+
   void take_value(const YAML::Node& key, const YAML::Node& value, const std::string& name, int depth) {
     if (value.IsMap()) return take(value, name + ".", depth + 1);
-    if (value.IsNull()) return;  // a group whose keys are all commented out
+    if (value.IsNull() && is_group(name)) return;  // its keys are all commented out
     try {
-      set(config_, name, value.IsSequence() ? joined(value, name) : value.Scalar());
+      set(config_, name, value.IsNull() ? "" : value.IsSequence() ? joined(value, name) : value.Scalar());
     } catch (const ConfigError& error) {
       fail(key, error.what());
     }

@@ -183,6 +183,8 @@ TEST_F(ConfigFile, ErrorsNameFileAndLine) {
   refused("grid: {length_m: 1\n", {"c.yaml", "not YAML"});
   refused("just text\n", {"c.yaml", "no settings"});
   refused("a: 1\nb: 2\n", {"line 1"});
+  refused("grid:\n  length_m:\n", {"line 2", "grid.length_m has no value"});
+  refused("gird:\n", {"line 1", "'gird'"});
   Config config;
   expect_error([&] { load_config(folder / "none.yaml", config); }, {"none.yaml", "no such file"});
 }
