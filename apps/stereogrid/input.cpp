@@ -14,7 +14,6 @@
 #include "device_options.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/recording.hpp"
-#include "stereogrid/io/rectifier.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/rosbag/rosbag.hpp"
 #include "stereogrid/scenes/scene.hpp"
@@ -41,7 +40,9 @@ Input open_scene(const InputOptions& options) {
   }
   auto scene{std::make_unique<scenes::Scene>(scenes::parse_scene(options.paths.front()))};
   Input input;
-  if (!options.mask.empty()) input.mask = io::read_mask(options.mask, scene->rig().width_px, scene->rig().height_px);
+  io::Calibration calibration;
+  calibration.rig = scene->rig();
+  input.mask = mask_of(options.mask, calibration);
   input.scene = scene.get();
   input.extrinsics_given = true;
   input.poses = poses;

@@ -81,6 +81,10 @@ void log_input(const Input& input);
 /// The same of a calibration that no recording brings.
 void log_calibration(const io::Calibration& calibration);
 
+/// Mask of such a calibration, or of the file `given`; logs what it leaves out. Empty: there is none. Throws
+/// InputError.
+[[nodiscard]] Image<std::uint8_t> mask_of(const std::string& given, const io::Calibration& calibration);
+
 /// Frames per second, from the stamps.
 [[nodiscard]] double rate_hz(const Input& input);
 

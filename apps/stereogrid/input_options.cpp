@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <spdlog/spdlog.h>
 
+#include <filesystem>
 #include <string>
 
 #include "cli/program.hpp"
@@ -9,6 +10,7 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/calibration.hpp"
 #include "stereogrid/io/recording.hpp"
+#include "stereogrid/io/rectifier.hpp"
 
 namespace stereogrid::app {
 
@@ -93,6 +95,15 @@ void log_input(const Input& input) {
   if (input.recording == nullptr) return;
   for (const std::string& note : input.recording->contents().notes) spdlog::info("{}", note);
   for (const std::string& warning : input.recording->contents().warnings) spdlog::warn("{}", warning);
+}
+
+Image<std::uint8_t> mask_of(const std::string& given, const io::Calibration& calibration) {
+  const std::filesystem::path file{given.empty() ? calibration.mask : std::filesystem::path{given}};
+  if (file.empty()) return {};
+  Image<std::uint8_t> mask{io::read_mask(file, calibration)};
+  const io::MaskUse use{io::use_of_mask(file, mask)};
+  spdlog::log(use.is_odd ? spdlog::level::warn : spdlog::level::info, "{}", use.text);
+  return mask;
 }
 
 void log_calibration(const io::Calibration& calibration) {

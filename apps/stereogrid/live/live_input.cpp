@@ -9,7 +9,6 @@
 #include "stereogrid/capture/camera_pair.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/calibration.hpp"
-#include "stereogrid/io/rectifier.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::app {
@@ -81,8 +80,7 @@ LiveInput open_camera_input(const LiveInputOptions& options) {
   const io::Calibration calibration{calibration_of(options.input)};
   LiveInput live;
   live.poses = options.input.poses == "none" ? PoseSource::none : PoseSource::odometry;
-  const fs::path mask{options.input.mask.empty() ? calibration.mask : fs::path{options.input.mask}};
-  if (!mask.empty()) live.mask = io::read_mask(mask, calibration);
+  live.mask = mask_of(options.input.mask, calibration);
   live.source = open_camera(options, calibration);
   live.recording.extrinsics_given = calibration.has_extrinsics;
   live.kind = options.input.paths.size() == 1 ? options.input.paths.front()

@@ -14,7 +14,6 @@
 #include "ros2/ros2_source.hpp"
 #include "stereogrid/dds/node.hpp"
 #include "stereogrid/error.hpp"
-#include "stereogrid/io/rectifier.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/mcap/bag.hpp"
 #include "stereogrid/messages/cdr.hpp"
@@ -289,8 +288,7 @@ LiveInput open_ros2_input(const InputOptions& options, FusedSource fused, Ros2Op
   live.kind = options.paths.front();
   live.in_world_of_poses = has_poses;
   live.poses = has_poses ? PoseSource::input : options.poses == "none" ? PoseSource::none : PoseSource::odometry;
-  const std::filesystem::path mask{options.mask.empty() ? first.calibration.mask : std::filesystem::path{options.mask}};
-  if (!mask.empty()) live.mask = io::read_mask(mask, first.calibration);
+  live.mask = mask_of(options.mask, first.calibration);
   const std::chrono::duration<double, std::milli> tolerance{options.pair_tolerance_ms};
   Ros2Setup setup;
   setup.pairing.tolerance = std::chrono::duration_cast<std::chrono::nanoseconds>(tolerance);

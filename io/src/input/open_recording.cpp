@@ -159,12 +159,8 @@ void find_mask(RecordingContents& contents, const InputArguments& arguments) {
   contents.mask_file = arguments.mask.value_or(contents.calibration.mask);
   if (contents.mask_file.empty()) return;
   contents.mask = read_mask(contents.mask_file, contents.calibration);
-  const double masked{static_cast<double>(std::ranges::count(contents.mask, 0))};
-  const double share{masked / static_cast<double>(contents.mask.size())};
-  std::string text{
-      fmt::format("mask: {}, {:.1f} % of the image are not used", printable_path(contents.mask_file), 100 * share)};
-  if (share <= 0.5) return contents.notes.push_back(std::move(text));
-  contents.warnings.push_back(text + ", the larger part. The vehicle is black (0) in a mask: is this one inverted?");
+  MaskUse use{use_of_mask(contents.mask_file, contents.mask)};
+  (use.is_odd ? contents.warnings : contents.notes).push_back(std::move(use.text));
 }
 
 /// Throws InputError where a folder has distances from the camera's centre, as simulators name them.

@@ -94,4 +94,13 @@ Image<std::uint8_t> read_mask(const std::filesystem::path& path, const Calibrati
   return mask;
 }
 
+MaskUse use_of_mask(const std::filesystem::path& path, const Image<std::uint8_t>& mask) {
+  const double share{static_cast<double>(std::ranges::count(mask, 0)) / static_cast<double>(mask.size())};
+  const std::string text{
+      fmt::format("mask: {}, {:.1f} % of the image are not used", printable_path(path), 100 * share)};
+  if (share == 0) return {text + ": the vehicle is black in a mask, exactly 0, and this one has no such pixel.", true};
+  if (share <= 0.5) return {text};
+  return {text + ", the larger part. The vehicle is black (0) in a mask: is this one inverted?", true};
+}
+
 }  // namespace stereogrid::io

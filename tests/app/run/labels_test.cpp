@@ -159,6 +159,12 @@ TEST_F(Mask, OfTheCalibrationStandsBesideItAndGivesWayToTheCommandLines) {
   put_mask(folder / "inverted.png", 160, 100, 40);
   EXPECT_THAT(run_well({"info", drive, "--mask", folder / "inverted.png"}).output,
               AllOf(HasSubstr("60.0 % of the image are not used, the larger part"), HasSubstr("usable")));
+  put_mask(folder / "white.png", 160, 100, 100);
+  for (const auto& [mask, said] :
+       {std::pair{"inverted.png", "is this one inverted?"}, {"white.png", "no such pixel"}}) {
+    EXPECT_THAT(run_well({"run", scene, "--frames", ":0", "--mask", folder / mask, "--out", folder / said}).errors,
+                HasSubstr(said));
+  }
 }
 
 TEST_F(Mask, WhatCannotBeOneIsRefused) {

@@ -62,4 +62,12 @@ struct RowResidual {
 [[nodiscard]] STEREOGRID_EXPORT Image<std::uint8_t> read_mask(const std::filesystem::path& path,
                                                               const Calibration& calibration);
 
+/// Effect of a mask.
+struct MaskUse {
+  std::string text;    ///< file, and the share of the image that it leaves out
+  bool is_odd{false};  ///< it leaves out nothing, or the larger part: the text has the probable cause
+};
+/// `path`: of the file, for the text.
+[[nodiscard]] STEREOGRID_EXPORT MaskUse use_of_mask(const std::filesystem::path& path, const Image<std::uint8_t>& mask);
+
 }  // namespace stereogrid::io
