@@ -102,6 +102,9 @@ class CameraLook {
     if (look_.usable == 1 && input_.recording != nullptr) {
       for (std::string& text : faults_of_frame(*frame, context())) report(std::move(text));
     }
+    if (frame->left == before_.left && frame->right == before_.right && frame->disparity == before_.disparity)
+      repeated_.add(frame->name);
+    before_ = *frame;
     if (frame->right.empty()) return;
     if (is_without_texture(*frame)) return blank_.add(frame->name);
     if (frame->left == frame->right) identical_.add(frame->name);
@@ -135,6 +138,12 @@ class CameraLook {
     if (blank_.frames > 0) {
       report(fmt::format("an image is black or without texture {}: is a lens covered, or the exposure far off?",
                          in_frames(blank_, look_.looked_at)));
+    }
+    if (repeated_.frames > 0) {
+      report(
+          fmt::format("the images are those of the frame before {}: frames were recorded twice, or the camera has "
+                      "stopped. Leave them out: for the filter they are new observations.",
+                      in_frames(repeated_, look_.looked_at)));
     }
     const Findings found{findings_of(tally_, context())};
     look_.problems.insert(look_.problems.end(), found.texts.begin(), found.texts.end());
@@ -201,6 +210,8 @@ class CameraLook {
   FrameTally tally_;
   std::string own_vehicle_;  ///< warning of a frame that shows the vehicle itself
   Tally identical_;
+  Tally repeated_;
+  StereoFrame before_;
   Tally blank_;
   Look look_;
 };

@@ -179,6 +179,9 @@ TEST_F(UselessInput, InfoNoticesACameraThatHasStopped) {
     fs::copy_file(input / "right" / "000000.png", input / "right" / name, fs::copy_options::overwrite_existing);
   }
   EXPECT_THAT(run_tool({"info", input}).output, HasSubstr("the right image of 000002 is the same as that of 000001"));
+  fs::copy_file(input / "left" / "000002.png", input / "left" / "000003.png", fs::copy_options::overwrite_existing);
+  EXPECT_THAT(run_tool({"info", input}).output,
+              HasSubstr("the images are those of the frame before in 1 of 4 frames (first: 000003)"));
 }
 
 TEST_F(UselessInput, InfoNoticesAnotherFocalLengthOfTheRightCamera) {
