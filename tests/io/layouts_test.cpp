@@ -44,10 +44,11 @@ struct Layouts : FolderTest {
       EXPECT_NEAR(frame.right.row(16)[32], 150, off);
     }
   }
-  void put_video(const char* name, const Image<std::uint8_t>& image, int frames) const {
+  void put_video(const char* name, const Image<std::uint8_t>& image, int frames, int rate_hz = 20) const {
     write_png(folder / "frame.png", image);
-    const std::string command{"ffmpeg -loglevel error -y -loop 1 -r 20 -i " + (folder / "frame.png").string() +
-                              " -frames:v " + std::to_string(frames) + " -c:v mjpeg " + (folder / name).string()};
+    const std::string command{"ffmpeg -loglevel error -y -loop 1 -r " + std::to_string(rate_hz) + " -i " +
+                              (folder / "frame.png").string() + " -frames:v " + std::to_string(frames) +
+                              " -c:v mjpeg " + (folder / name).string()};
     ASSERT_EQ(std::system(command.c_str()), 0);
   }
 };
@@ -110,6 +111,13 @@ TEST_F(Layouts, Videos) {
   EXPECT_EQ(recording->contents().frames[2].stamp_ns, 100'000'000) << "20 frames a second";
   EXPECT_NEAR(recording->load(4).right.row(16)[32], 150, 4);
   EXPECT_NEAR(recording->load(1).right.row(16)[32], 150, 4) << "earlier than the last one";
+
+  put_video("slow.avi", flat(width_px, height_px, 150), 5, 15);
+  const auto warnings_with{[&](const char* right) {
+    return open_recording({{folder / "left.avi", folder / right}, file, "none"})->contents().warnings;
+  }};
+  EXPECT_THAT(warnings_with("right.avi"), ::testing::ElementsAre(::testing::HasSubstr("5 frames")));
+  EXPECT_THAT(warnings_with("slow.avi"), ::testing::ElementsAre(::testing::HasSubstr("differ by 0.067 s")));
 }
 
 TEST_F(Layouts, ImagesInAFolderOfTheCamera) {

@@ -7,6 +7,7 @@
 #include <array>
 #include <cinttypes>
 #include <cstdio>
+#include <cstdlib>
 #include <iterator>
 #include <map>
 #include <mutex>
@@ -186,13 +187,21 @@ ForeignRecording open_videos(const VideoPair& videos, std::optional<ImageLayout>
   } else {
     right = std::make_unique<Video>(videos.right);
     const std::size_t frames{found.stamps_ns.size()};
-    const std::size_t right_frames{right->stamps_ns().size()};
+    const std::vector<std::int64_t> right_stamps_ns{right->stamps_ns()};
+    const std::size_t right_frames{right_stamps_ns.size()};
     if (frames != right_frames) {
       found.warnings.push_back(fmt::format("{} has {} frames, {} {}: those without a partner are left out",
                                            printable_path(videos.left), frames, printable_path(videos.right),
                                            right_frames));
     }
     found.stamps_ns.resize(std::min(frames, right_frames));
+    const std::int64_t off_ns{std::abs(found.stamps_ns.back() - right_stamps_ns[found.stamps_ns.size() - 1])};
+    if (2 * off_ns * static_cast<std::int64_t>(found.stamps_ns.size() - 1) > found.stamps_ns.back()) {  // half a frame
+      found.warnings.push_back(
+          fmt::format("the last pair is of times that differ by {:.3f} s: frame i of both videos is a pair, so "
+                      "both need the same frame rate, begin and end",
+                      1e-9 * static_cast<double>(off_ns)));
+    }
     found.kind = "videos of two cameras";
   }
   found.width_px = size.width_px;
