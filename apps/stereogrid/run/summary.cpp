@@ -92,8 +92,10 @@ std::string summary_of(const RunOptions& options, const Input& input, const io::
   if (!options.pictures.empty()) text += row("pictures", folder + "/pictures");
   if (!options.video.empty() && is_complete) text += row("video", io::printable_path(options.video));
   if (!options.messages.mcap.empty()) text += row("recording", io::printable_path(options.messages.mcap));
-  text += row("view", "stereogrid view " + shell_word(folder));
-  const std::string truth{truth_of(input)};
+  const std::vector<std::string> layers{layers_of(options)};
+  const auto has{[&](const char* layer) { return layers.empty() || std::ranges::count(layers, layer) > 0; }};
+  if (has("occupancy")) text += row("view", "stereogrid view " + shell_word(folder));
+  const std::string truth{has("observed") && has("occupancy") && has("velocity") ? truth_of(input) : ""};
   if (!truth.empty()) text += row("evaluate", fmt::format("stereogrid evaluate {}  ({})", shell_word(folder), truth));
   return text;
 }
