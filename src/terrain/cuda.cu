@@ -214,9 +214,9 @@ void find_medians(Cuda& cuda, View<const float, Device> obstacle, View<const flo
          {sectors_per_block, rows_per_block}, 0, obstacle, road, terrain.medians.view());
 }
 
-void find_trenches(Cuda& cuda, TerrainOnDevice& terrain) {
+void find_trenches(Cuda& cuda, const SampledGround& ground, TerrainOnDevice& terrain) {
   const View<const float, Device> medians{std::as_const(terrain.medians).view()};
-  const TrenchFrame frame{terrain.frame.ground, medians, terrain.shapes.data(), trench_margin_of(terrain.window_px)};
+  const TrenchFrame frame{ground, medians, terrain.shapes.data(), trench_margin_of(terrain.window_px)};
   const std::size_t shared_bytes{sizeof(SearchSpace) + static_cast<std::size_t>(medians.width) * sizeof(float)};
   const int searched{(medians.height + TrenchFilter::step - 1) / TrenchFilter::step};
   std::optional<Trench>* const trenches{terrain.trenches.data()};

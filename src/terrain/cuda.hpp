@@ -69,7 +69,7 @@ void find_medians(Cuda& cuda, View<const float, Device> obstacle, View<const flo
 void begin_walk(Cuda& cuda, const WalkFrame& frame, TerrainOnDevice& terrain);
 
 /// Trenches in the medians of the frame, as TrenchFilter on the CPU.
-void find_trenches(Cuda& cuda, TerrainOnDevice& terrain);
+void find_trenches(Cuda& cuda, const SampledGround& ground, TerrainOnDevice& terrain);
 
 /// Ground of the frame, as SectorWalks::find() after the trenches: on the device, and to host_cells and host_walks.
 void find_walk(Cuda& cuda, TerrainOnDevice& terrain);

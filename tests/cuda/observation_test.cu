@@ -111,7 +111,8 @@ TEST(rays_are_those_of_the_reference) {
     RaysOnDevice space{width, height, disparities, has_relief};
     if (has_relief) upload(cuda, relief.data(), relief.size(), space.relief.data());
     for (int frame{0}; frame < 2; ++frame) {  // the second must not see the first
-      count_rays(cuda, {obstacle.view(), road.view()}, rig, plane.data(), config, space);
+      begin_rays(cuda, rig, plane.data(), config, space);
+      count_rays(cuda, {obstacle.view(), road.view()}, space);
     }
     std::vector<PackedRays> sums(space.sums.size());
     download(cuda, space.sums.data(), sums.size(), sums.data());

@@ -207,7 +207,7 @@ TEST(walks_are_those_of_the_cpu) {
       const DeviceImage<float> road_there{on_device(cuda, road)};
       find_medians(cuda, obstacle_there.view(), road_there.view(), terrain);
       begin_walk(cuda, input, terrain);
-      find_trenches(cuda, terrain);
+      find_trenches(cuda, input.ground, terrain);
       find_walk(cuda, terrain);
       cuda.synchronize();
       const WalkedGround<Host> walked{terrain.on_host()};

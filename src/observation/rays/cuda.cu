@@ -156,15 +156,17 @@ RaysOnDevice::RaysOnDevice(int image_width, int image_height, int disparities, b
       relief{size_if(has_relief, bins * relief_sectors(width))},
       sums{size_if(bins > 0, (bins + 1) * (width + 1))} {}
 
-void count_rays(Cuda& cuda, const MatchViews& matches, const Rig& rig, const Ground* ground,
-                const UDisparityConfig& config, RaysOnDevice& space) {
+void begin_rays(Cuda& cuda, const Rig& rig, const Ground* ground, const UDisparityConfig& config, RaysOnDevice& space) {
   const int rows{static_cast<int>(space.rows.size())};
-  const int columns{space.width + 1};
-  const int bins{space.bins + 1};
   launch(cuda, place, blocks_for(space.width > rows ? space.width : rows, threads), threads, 0,
          Placement{config.obstacle_height_m, config.obstacle_min_height_m, rig.cx_px, config.follow_roll}, rig, ground,
          space.width, rows, space.margin, space.bins, space.shift.data(), space.rows.data(), space.upright.data());
   clear(cuda, space.sums.data(), space.sums.size());
+}
+
+void count_rays(Cuda& cuda, const MatchViews& matches, RaysOnDevice& space) {
+  const int columns{space.width + 1};
+  const int bins{space.bins + 1};
   const Counting counting{space.relief_view(), space.shift.data(), space.rows.data(), space.upright.data(),
                           space.sums.data(),   space.margin,       space.bins};
   launch(cuda, count_pixels, blocks_of(space.width, space.height), dim3{block_width, block_height}, 0, counting,

@@ -32,9 +32,9 @@ struct RaysOnDevice {
 };
 
 /// `count_rays` and `project_rays` of rays.hpp, equal to the CPU to the bit where the tables of rows are. `ground`,
-/// `grid` and `blur_px` are on the device.
-void count_rays(Cuda& cuda, const MatchViews& matches, const Rig& rig, const Ground* ground,
-                const UDisparityConfig& config, RaysOnDevice& space);
+/// `grid` and `blur_px` are on the device. begin_rays() needs neither matches nor relief.
+void begin_rays(Cuda& cuda, const Rig& rig, const Ground* ground, const UDisparityConfig& config, RaysOnDevice& space);
+void count_rays(Cuda& cuda, const MatchViews& matches, RaysOnDevice& space);
 void project_rays(Cuda& cuda, const RaysOnDevice& space, const BinGeometry& geometry, const GridInVehicle* grid,
                   const float* blur_px, View<float, Device> cells);
 

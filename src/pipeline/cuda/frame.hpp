@@ -186,6 +186,7 @@ class StreamTimes {
     resumed,
     counted,
     projected,
+    seen,
     observed,
     fused,
     filtering,
@@ -194,7 +195,7 @@ class StreamTimes {
     finishing,
     finished
   };
-  static constexpr int marks{18};
+  static constexpr int marks{19};
 
   StreamTimes();
   StreamTimes(const StreamTimes&) = delete;

@@ -60,7 +60,9 @@ void CudaStages::load_kernels() {
   find_low_obstacles();
   find_ground();
   count_nodes();
+  begin_count();
   for (const bool is_usable : {false, true}) enqueue_observation(is_usable);
+  project_to_vehicle();
   if (!options_.filters) return;
   stereogrid::fuse_cameras(cuda_, {}, device_.observed.view());
   reset(cuda_, device_.filter, &device_.set.data()->motion, device_.states[now_]);
@@ -94,6 +96,7 @@ void CudaStages::clear_masked() {
 }
 
 void CudaStages::synchronize() {
+  join();
   cuda_.synchronize();
   is_at_work_ = false;
   is_filtering_ = false;
@@ -130,7 +133,7 @@ void CudaStages::match(const LevelFrame& frame, const FrameGrids& grids, const R
   cuda_.use();
   if (is_at_work_) synchronize();
   if (ground.surface != nullptr) {
-    put_ground(ground.plane);
+    put_ground(cuda_, ground.plane);
     split_surfaces();
     device_.fetch_answer(cuda_, host_);
     times_.mark(cuda_, StreamTimes::answered);
@@ -188,9 +191,9 @@ void CudaStages::finish_ground(FrameTerrain& terrain, FrameResult& result) {
   terrain.mark_low_obstacles(low_obstacles_.found(), result);
 }
 
-void CudaStages::put_ground(const Ground& ground) {
+void CudaStages::put_ground(Cuda& cuda, const Ground& ground) {
   host_.frame().ground = ground;
-  upload(cuda_, &host_.frame().ground, 1, &device_.frame()->ground);
+  upload(cuda, &host_.frame().ground, 1, &device_.frame()->ground);
 }
 
 // The first time in a frame, nothing reads the memory that is written: the ground's kernels may still be at work.
@@ -198,14 +201,21 @@ void CudaStages::observe(const FrameGrids&, const Evidence& evidence, FrameResul
   cuda_.use();
   if (has_observed_ || is_external_) synchronize();
   if (evidence.is_usable) {
-    put_ground(evidence.ground);
-    columns_.put(cuda_, evidence.ground);
+    times_.let_wait(beside_, StreamTimes::answered);
+    put_ground(beside_, evidence.ground);
+    columns_.put(beside_, evidence.ground);
+    begin_count();
+    join();
     *host_.blur_px.data() = evidence.blur_px;
   }
   has_observed_ = true;
   times_.mark(cuda_, StreamTimes::resumed);
   if (evidence.is_usable) count_nodes();
   perform(cuda_, observe_graphs_[evidence.is_usable ? 1 : 0], [&] { enqueue_observation(evidence.is_usable); });
+  if (!evidence.is_usable) return;
+  times_.mark(cuda_, StreamTimes::seen);
+  times_.let_wait(beside_, StreamTimes::seen);
+  perform(beside_, vehicle_graph_, [this] { project_to_vehicle(); });
 }
 
 // The stream of the filter waits for those of the cameras, and a camera's next observation for the filter's.
@@ -216,6 +226,7 @@ void CudaStages::fuse_cameras(std::span<const CameraGrids> cameras, FrameResult&
   std::array<View<const float, Device>, cameras_max> window;
   for (std::size_t i{0}; i < cameras.size(); ++i) {
     CudaStages& camera{static_cast<CudaStages&>(*cameras[i].stages)};
+    camera.join();
     vehicle[i] = camera.device_.observed.view();
     window[i] = camera.device_.observed_window.view();
     download(camera.cuda_, camera.device_.observed.data(), camera.device_.observed.size(),
@@ -252,6 +263,7 @@ void CudaStages::filter(const FrameGrids& grids, const FilterEvidence& evidence,
   *host_.evidence_count.data() = static_cast<int>(evidence.velocities.size());
   if (grids.is_first) reset(cuda_, device_.filter, &device_.set.data()->motion, device_.states[1 - now_]);
   const bool has_others{!grids.frame.other_grids.empty()};
+  if (has_others) join();
   perform(cuda_, filter_graphs_[has_others ? 1 : 0][now_], [this, has_others] { enqueue_filter(has_others); });
   times_.mark(cuda_, StreamTimes::filtered);
   device_.fetch_window(cuda_, host_);
@@ -295,10 +307,10 @@ void CudaStages::enqueue_match() {
 }
 
 void CudaStages::enqueue_walk(const WalkFrame& frame) {
+  times_.let_wait(beside_, StreamTimes::answered);  // waits for a second match of external disparities, too
+  find_trenches(beside_, frame.ground, device_.terrain);
   stereogrid::begin_walk(cuda_, frame, device_.terrain);
   times_.mark(cuda_, StreamTimes::measured);
-  times_.let_wait(beside_, StreamTimes::answered);  // waits for a second match of external disparities, too
-  find_trenches(beside_, device_.terrain);
   join();
   find_walk(cuda_, device_.terrain);
 }
@@ -330,7 +342,9 @@ void CudaStages::enqueue_observation(bool is_usable) {
   if (is_usable) {
     count();
     times_.mark(cuda_, StreamTimes::counted);
-    project();
+    if (!counts_rays())
+      find_largest(cuda_, std::as_const(device_.u_disparity.occupancy_smooth).view(), device_.projection);
+    project(cuda_, &device_.frame()->seen_window, ground_.window_rules(), device_.observed_window);
   } else {
     times_.mark(cuda_, StreamTimes::counted);
     device_.observe_nothing(cuda_);
@@ -344,29 +358,30 @@ void CudaStages::count_nodes() {
   times_.mark(cuda_, StreamTimes::observed);
 }
 
-void CudaStages::count() {
-  const MatchViews matches{std::as_const(device_.matches.obstacle).view(), std::as_const(device_.matches.road).view()};
-  const Ground* ground{&device_.frame()->ground};
-  if (counts_rays()) count_rays(cuda_, matches, rig_, ground, config_.u_disparity, device_.rays);
-  if (!counts_rays() || options_.stage_images) {
-    stereogrid::count(cuda_, matches, rig_, ground, device_.u_disparity);
-  }
+// Needs the frame's plane alone.
+void CudaStages::begin_count() {
+  if (counts_rays()) begin_rays(beside_, rig_, &device_.frame()->ground, config_.u_disparity, device_.rays);
 }
 
-void CudaStages::project() {
-  const FrameOnDevice* frame{device_.frame()};
-  const View<const float, Device> occupancy{std::as_const(device_.u_disparity.occupancy_smooth).view()};
-  const auto project_to = [&](const GridInVehicle* grid, DeviceImage<float>& cells) {
-    if (counts_rays())
-      return project_rays(cuda_, device_.rays, BinGeometry{rig_}, grid, host_.blur_px.data(), cells.view());
-    stereogrid::project(cuda_, occupancy, BinGeometry{rig_}, grid, device_.projection, cells.view());
-  };
-  if (!counts_rays()) find_largest(cuda_, occupancy, device_.projection);
-  project_to(&frame->seen_vehicle, device_.observed);
-  project_to(&frame->seen_window, device_.observed_window);
-  if (config_.ground.model == GroundModel::plane) return;
-  apply_rules(cuda_, ground_.vehicle_rules(), device_.observed.view());
-  apply_rules(cuda_, ground_.window_rules(), device_.observed_window.view());
+void CudaStages::count() {
+  const MatchViews matches{std::as_const(device_.matches.obstacle).view(), std::as_const(device_.matches.road).view()};
+  if (counts_rays()) count_rays(cuda_, matches, device_.rays);
+  if (!counts_rays() || options_.stage_images)
+    stereogrid::count(cuda_, matches, rig_, &device_.frame()->ground, device_.u_disparity);
+}
+
+void CudaStages::project(Cuda& cuda, const GridInVehicle* grid, const CellRule* rules, DeviceImage<float>& cells) {
+  if (counts_rays())
+    project_rays(cuda, device_.rays, BinGeometry{rig_}, grid, host_.blur_px.data(), cells.view());
+  else
+    stereogrid::project(cuda, std::as_const(device_.u_disparity.occupancy_smooth).view(), BinGeometry{rig_}, grid,
+                        device_.projection, cells.view());
+  if (has_terrain()) apply_rules(cuda, rules, cells.view());
+}
+
+// The filter does not wait for it.
+void CudaStages::project_to_vehicle() {
+  project(beside_, &device_.frame()->seen_vehicle, ground_.vehicle_rules(), device_.observed);
 }
 
 void CudaStages::enqueue_filter(bool has_others) {
@@ -437,6 +452,7 @@ void CudaStages::finish(const FrameGrids&, const FinalStep& step, FrameResult& r
   std::copy_n(step.bounds.window.data, step.bounds.window.width * step.bounds.window.height,
               host_.window_bounds.data());
   std::ranges::copy(result.witness, host_.witness.data());
+  join();
   perform(cuda_, finish_graphs_[step.is_corrected ? 1 : 0][step.is_widened ? 1 : 0], [&] { enqueue_finish(step); });
 }
 

@@ -58,7 +58,7 @@ class CudaStages final : public Stages {
   void load_mask();
   void put_frame(const LevelFrame& frame, const FrameGrids& grids);
   void put_set(const FrameGrids& grids);
-  void put_ground(const Ground& ground);
+  void put_ground(Cuda& cuda, const Ground& ground);
   void synchronize();
   template <class Work>
   void perform(Cuda& cuda, Graph& graph, const Work& work);
@@ -71,8 +71,10 @@ class CudaStages final : public Stages {
   void split_surfaces();
   void enqueue_observation(bool is_usable);
   void count_nodes();
+  void begin_count();
   void count();
-  void project();
+  void project(Cuda& cuda, const GridInVehicle* grid, const CellRule* rules, DeviceImage<float>& cells);
+  void project_to_vehicle();
   void enqueue_filter(bool has_others);
   void enqueue_finish(const FinalStep& step);
   void scatter_lattice();
@@ -115,7 +117,8 @@ class CudaStages final : public Stages {
   std::array<Graph, 2> match_graphs_;  ///< [is_external_]
   Graph low_obstacles_graph_;
   Graph ground_graph_;
-  std::array<Graph, 2> observe_graphs_;                ///< [is_usable]
+  std::array<Graph, 2> observe_graphs_;  ///< [is_usable]
+  Graph vehicle_graph_;
   std::array<std::array<Graph, 2>, 2> filter_graphs_;  ///< [with other grids][now_]
   std::array<std::array<Graph, 2>, 2> finish_graphs_;  ///< [is_corrected][is_widened]
 };
