@@ -240,7 +240,7 @@ FinalStep FramePipeline::final_step(const FrameSet& frame, FrameResult& result) 
   const auto claims_free = [&frame](Point2 at) { return claimed(frame.other_grids, at) < 0.5; };
   common->find_bounds(terrains_, frame.other_grids.empty() ? std::function<bool(Point2)>{} : claims_free,
                       ranges_of(cpu_), result);
-  step.bounds = common->add_hazards(terrains_, at(0).stages().filtered(result));
+  step.bounds = common->add_bars(terrains_, at(0).stages().filtered(result));
   return step;
 }
 

@@ -177,6 +177,7 @@ void FrameTerrain::bound_cells(std::span<const FrameTerrain* const> seen,
   std::ranges::transform(vehicle_rules_, vehicle_bounds_.begin(),
                          [is_usable](CellRule rule) { return is_usable ? bound_of(rule) : std::uint8_t{0}; });
   witness_.bound(window_bounds_);
+  add_hazards(seen);
 }
 
 void FrameTerrain::remember_elevation(std::span<const FrameTerrain* const> seen, FrameResult& result) {
@@ -314,16 +315,19 @@ void FrameTerrain::find_witnesses(bool is_usable, const std::function<bool(Point
 
 // Edges and low obstacles are few: each one bounds its cell and the cells of the vehicle's grid whose centres lie in
 // it.
-GridBounds<Host> FrameTerrain::add_hazards(std::span<const FrameTerrain* const> seen, View<const float> filtered) {
-  for (const FrameTerrain* const one : seen) low_obstacles_.remember(one->low_obstacles_, filtered);
-  const CellsWithin cells{vehicle_grid_, place_.window_cells};
-  const auto add = [&](int x, int y) {
+auto FrameTerrain::hazard() {
+  return [this, cells = CellsWithin{vehicle_grid_, place_.window_cells}](int x, int y) {
     window_bounds_(x, y) |= bound_hazard;
     cells.for_cells(x, y, [&](int ix, int iy) { vehicle_bounds_(ix, iy) |= bound_hazard; });
   };
+}
+
+void FrameTerrain::add_hazards(std::span<const FrameTerrain* const> seen) {
+  for (const FrameTerrain* const one : seen) low_obstacles_.remember(one->low_obstacles_);
+  const auto add = hazard();
   witness_.for_edges(add);
   low_cells_.clear();
-  low_obstacles_.for_obstacles([&](int x, int y, const HeightMemory::Mean& mean) {
+  low_obstacles_.memory().for_obstacles([&](int x, int y, const HeightMemory::Mean& mean) {
     add(x, y);
     if (!mean.is_sure || low_cells_.size() == low_cells_max) return;
     low_cells_.push_back({x, y, low_obstacles_.height_m(mean.height), mean.frames, false});
@@ -338,6 +342,11 @@ GridBounds<Host> FrameTerrain::add_hazards(std::span<const FrameTerrain* const> 
     one->low_obstacles_.for_high(add);
     one->low_obstacles_.for_seen(see);
   }
+}
+
+GridBounds<Host> FrameTerrain::add_bars(std::span<const FrameTerrain* const> seen, View<const float> filtered) {
+  for (const FrameTerrain* const one : seen) low_obstacles_.remember_bars(one->low_obstacles_, filtered);
+  low_obstacles_.memory().for_bars(hazard());
   return {std::as_const(vehicle_bounds_).view(), std::as_const(window_bounds_).view()};
 }
 

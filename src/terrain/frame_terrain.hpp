@@ -87,10 +87,11 @@ class FrameTerrain {
 
   /// Edges of the last find(), from left to right.
   [[nodiscard]] std::span<const EdgePoint> edges() const { return edges_; }
-  /// Cells of sure low obstacles after the last add_hazards(), by rows. The caller may sort them.
+  /// Cells of sure low obstacles after the last find_bounds(), by rows. The caller may sort them.
   [[nodiscard]] std::span<LowObstacleCell> low_cells() { return low_cells_; }
-  /// Bounds of the filtered occupancy but for hazards: where the last find() has seen nothing behind an edge, and where
-  /// cells below ½ have no witness. Sets the witnesses of free cells, see bound_cell().
+  /// Bounds of the filtered occupancy but for bars: where the last find() has seen nothing behind an edge, and where
+  /// cells below ½ have no witness; edges and low obstacles that it has seen, edges that a frame before has seen and
+  /// none since ground, and low obstacles that several have seen. Sets the witnesses of free cells, see bound_cell().
   /// `seen`: terrains whose last find() counts, of this camera and others; empty: none.
   /// `claims_free`: whether another source has seen a place of the vehicle frame as free; empty: there is none.
   template <class ForRanges>
@@ -105,10 +106,9 @@ class FrameTerrain {
     }
     bound_cells(seen, claims_free, result);
   }
-  /// After find_bounds(): adds edges and low obstacles that the last find() has seen, edges that a frame before has
-  /// seen and none since ground, and low obstacles that several have seen. `filtered`: occupancy of the window without
-  /// bounds. Returns the bounds, valid until the next find_bounds().
-  GridBounds<Host> add_hazards(std::span<const FrameTerrain* const> seen, View<const float> filtered);
+  /// After find_bounds(): adds bars that several frames have seen. `filtered`: occupancy of the window without bounds.
+  /// Returns the bounds, valid until the next find_bounds().
+  GridBounds<Host> add_bars(std::span<const FrameTerrain* const> seen, View<const float> filtered);
   /// Adds the elevations of the frame, and sets those over time. May run beside both.
   void remember_elevation(std::span<const FrameTerrain* const> seen, FrameResult& result);
   /// When the grids are final: sets the classes over time.
@@ -147,6 +147,8 @@ class FrameTerrain {
   void bound_cells(std::span<const FrameTerrain* const> seen, const std::function<bool(Point2)>& claims_free,
                    FrameResult& result);
   [[nodiscard]] float distance_to(int ix, int iy) const;
+  [[nodiscard]] auto hazard();
+  void add_hazards(std::span<const FrameTerrain* const> seen);
   void see_ground(std::span<const FrameTerrain* const> seen);
   void see_claims(bool is_usable, const std::function<bool(Point2)>& claims_free);
   void find_witnesses(bool is_usable, const std::function<bool(Point2)>& claims_free, FrameResult& result) const;

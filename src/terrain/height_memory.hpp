@@ -34,7 +34,7 @@ class HeightMemory {
     bool is_sure;  ///< sure_sigmas over obstacle_height
   };
 
-  explicit HeightMemory(int window_cells) : cells_{window_cells, window_cells} {}
+  explicit HeightMemory(int window_cells) : cells_{window_cells, window_cells}, tall_{window_cells, window_cells} {}
 
   /// Adds what a frame has seen. `precision`: step over eight standard deviations of a sample's height; `samples`: up
   /// to samples_enough.
@@ -43,45 +43,55 @@ class HeightMemory {
     const bool is_level{height < level_height && weight > level_weight};
     const float kept{is_level ? kept_of_level : kept_of_other};
     Cell& cell{cells_(ix, iy)};
-    cell = {kept * cell.weight + weight, kept * cell.weighted + weight * height, cell.tall};
+    cell = {kept * cell.weight + weight, kept * cell.weighted + weight * height};
   }
   /// Clears the mean.
-  void clear(int ix, int iy) { cells_(ix, iy) = {0, 0, cells_(ix, iy).tall}; }
+  void clear(int ix, int iy) { cells_(ix, iy) = {}; }
   /// Lets a frame pass for bars in view: is_in_view(ix, iy).
   template <class IsInView>
   void pass_bars(const IsInView& is_in_view) {
-    for_used(cells_, [&](int ix, int iy, Cell& cell) {
-      if (cell.tall != 0 && is_in_view(ix, iy)) cell.tall = cell.tall << 1 & bar_frames;
+    for_used(tall_, [&](int ix, int iy, std::uint8_t& tall) {
+      if (tall != 0 && is_in_view(ix, iy)) tall = static_cast<std::uint8_t>(tall << 1);
     });
   }
   /// After pass_bars(): the frame has seen something tall.
-  void add_tall(int ix, int iy) { cells_(ix, iy).tall |= 1; }
-  [[nodiscard]] bool has_tall(int ix, int iy) const { return cells_(ix, iy).tall != 0; }
+  void add_tall(int ix, int iy) { tall_(ix, iy) |= 1; }
+  [[nodiscard]] bool has_tall(int ix, int iy) const { return tall_(ix, iy) != 0; }
   /// No bar: rays show something.
-  void clear_tall(int ix, int iy) { cells_(ix, iy).tall = 0; }
-  void reset() { cells_.fill({}); }
+  void clear_tall(int ix, int iy) { tall_(ix, iy) = 0; }
+  void reset() {
+    cells_.fill({});
+    tall_.fill(0);
+  }
   /// Moves with the window.
-  void move(Scroll scroll) { scroll_cells(scroll, cells_); }
-  /// Calls work(ix, iy, mean) for the cells with an obstacle: its mean is obstacle_sigmas over obstacle_height, or it
-  /// is a bar, of which there is no mean.
+  void move(Scroll scroll) {
+    scroll_cells(scroll, cells_);
+    scroll_cells(scroll, tall_);
+  }
+  /// Calls work(ix, iy, mean) for the cells with an obstacle: its mean is obstacle_sigmas over obstacle_height.
   template <class Work>
   void for_obstacles(const Work& work) const {
     for_used(cells_, [&](int ix, int iy, const Cell& cell) {
       const float weight{cell.weight + prior_weight};
-      if (cell.weighted <= obstacle_height * weight && cell.tall == 0) return;
+      if (cell.weighted <= obstacle_height * weight) return;
       const float height{cell.weighted / weight};
       const float sigma{height_sigma / std::sqrt(weight)};
       if (height > obstacle_height + obstacle_sigmas * sigma)
         work(ix, iy, Mean{height, cell.weight / weight_max, height > obstacle_height + sure_sigmas * sigma});
-      else if (std::popcount(cell.tall) >= bar_sightings)
-        work(ix, iy, Mean{0, 0, false});
+    });
+  }
+  /// Calls work(ix, iy) for the cells with a bar.
+  template <class Work>
+  void for_bars(const Work& work) const {
+    for_used(tall_, [&](int ix, int iy, std::uint8_t tall) {
+      if (std::popcount(tall) >= bar_sightings) work(ix, iy);
     });
   }
   template <class State>
   void exchange(State& state) {
-    state(cells_);
+    state(cells_, tall_);
   }
-  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(cells_); }
+  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_of(cells_, tall_); }
 
  private:
   static constexpr float kept_of_other{0.95f};   ///< share per frame that sees the cell
@@ -92,18 +102,17 @@ class HeightMemory {
   static constexpr float prior_weight{0.1f};     ///< weight of level ground before any frame
   static constexpr float height_sigma{0.24f};    ///< noise of a height with weight 1
 
-  static constexpr std::uint32_t bar_frames{0xff};  ///< the last eight frames with the cell in view
-  static constexpr int bar_sightings{3};            ///< as many of them show a bar; two are often wrong matches
+  static constexpr int bar_sightings{3};  ///< as many of the last eight frames show a bar; two are often wrong matches
 
   struct Cell {
     float weight{0};
     float weighted{0};
-    std::uint32_t tall{0};  ///< frames with something tall, the last one in the lowest bit
   };
 
   // All bits of a group's cells are zero.
-  static bool is_empty(const Cell* cells) {
-    constexpr std::size_t words{group_cells * sizeof(Cell) / sizeof(std::uint64_t)};
+  template <class T>
+  static bool is_empty(const T* cells) {
+    constexpr std::size_t words{group_cells * sizeof(T) / sizeof(std::uint64_t)};
     std::uint64_t bits{0};
     for (std::size_t i{0}; i < words; ++i) {
       std::uint64_t word{0};
@@ -123,6 +132,7 @@ class HeightMemory {
   }
 
   Image<Cell> cells_;
+  Image<std::uint8_t> tall_;  ///< the last eight frames with the cell in view that show something tall, lowest bit last
 };
 
 }  // namespace stereogrid

@@ -287,15 +287,20 @@ void LowObstacleFinder::check() {
   });
 }
 
-// Rays and the filter decide about tall things that they see: these may move, and the matcher smears them.
-void LowObstacles::remember(const LowObstacles& of, View<const float> occupancy) {
-  const auto is_in_view = [&model = of.model_](int ix, int iy) { return model.is_in_view(ix, iy); };
-  memory_.pass_bars(is_in_view);
+void LowObstacles::remember(const LowObstacles& of) {
   for (const LowCell& cell : of.seen_) {
     if (cell.is_beside_tall)
       memory_.clear(cell.ix, cell.iy);
     else
       memory_.add(cell.ix, cell.iy, cell.height, model_.limits.step_m / 8 / cell.noise_m, cell.count);
+  }
+}
+
+// Rays and the filter decide about tall things that they see: these may move, and the matcher smears them.
+void LowObstacles::remember_bars(const LowObstacles& of, View<const float> occupancy) {
+  const auto is_in_view = [&model = of.model_](int ix, int iy) { return model.is_in_view(ix, iy); };
+  memory_.pass_bars(is_in_view);
+  for (const LowCell& cell : of.seen_) {
     if (!cell.is_tall && !memory_.has_tall(cell.ix, cell.iy)) continue;
     if (is_near_occupied(occupancy, cell.ix, cell.iy))
       memory_.clear_tall(cell.ix, cell.iy);

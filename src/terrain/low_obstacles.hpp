@@ -139,13 +139,11 @@ class LowObstacles {
   }
   /// Moves the memory with the window.
   void move(Scroll scroll) { memory_.move(scroll); }
-  /// Adds the frame of a camera, this one or another, to the memory. `occupancy`: the filter's, in the window.
-  void remember(const LowObstacles& of, View<const float> occupancy);
-  /// Calls work(ix, iy, HeightMemory::Mean) for the cells with an obstacle in memory, by rows.
-  template <class Work>
-  void for_obstacles(const Work& work) const {
-    memory_.for_obstacles(work);
-  }
+  /// Adds the frame of a camera, this one or another, to the memory.
+  void remember(const LowObstacles& of);
+  /// Likewise its bars. `occupancy`: the filter's, in the window.
+  void remember_bars(const LowObstacles& of, View<const float> occupancy);
+  [[nodiscard]] const HeightMemory& memory() const { return memory_; }
   /// Height over the ground of a mean height in memory, m.
   [[nodiscard]] float height_m(float mean) const { return model_.height_of(mean); }
   void reset() { memory_.reset(); }

@@ -46,7 +46,7 @@ struct FrameOf {
     const std::array<const FrameTerrain*, 1> all{&terrain};
     const std::span seen{std::span{all}.first(is_usable ? 1 : 0)};
     terrain.find_bounds(seen, claims_free, in_order, result);
-    bound_grids(terrain.add_hazards(seen, std::as_const(result.world.occupancy).view()), result);
+    bound_grids(terrain.add_bars(seen, std::as_const(result.world.occupancy).view()), result);
     terrain.remember_elevation(seen, result);
     terrain.classify(result);
     float highest{0};
