@@ -86,7 +86,8 @@ void CameraPipeline::find_segments(CameraFrame& now) {
   const Ground& plane{now.ground.plane};
   Relief<Host> relief{state_.terrain ? state_.terrain->rules().relief : Relief<Host>{}};
   const std::span<const ColumnNode> nodes{stages_->find_nodes(plane, relief)};
-  stereogrid::find_segments(nodes, plane, relief, now.frame.world_from_camera, state_.scene_flow.vectors(), clusters_);
+  stereogrid::find_segments(nodes, plane, relief, now.frame.world_from_camera, state_.scene_flow.vectors(),
+                            ranges_of(cpu_), clusters_);
 }
 
 void CameraPipeline::settle(CameraFrame& now, const Rejection& checked) {

@@ -81,7 +81,7 @@ inline FlowVector vector_at(Point2 place, Point2 velocity, double sigma_mps = 0.
 inline void find_clusters(View<const float> obstacle, const Ground& ground, const GridLayers& world,
                           const Pose2& world_from_vehicle, const std::vector<FlowVector>& vectors,
                           ClusterWorkspace& space) {
-  find_segments(nodes_in(obstacle, ground), ground, {}, world_from_vehicle, vectors, space);
+  find_segments(nodes_in(obstacle, ground), ground, {}, world_from_vehicle, vectors, in_one, space);
   make_clusters(world, world_from_vehicle, {}, space);
 }
 

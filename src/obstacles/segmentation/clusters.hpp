@@ -87,14 +87,14 @@ struct ClusterWorkspace {
   Rig rig;
   std::vector<Cluster> clusters;   ///< one for each segment, then those of edges and of low obstacles
   std::vector<Followed> followed;  ///< by label
-  std::vector<double> values;      ///< values of a cluster's features or columns
+  std::vector<double> values;      ///< values of a cluster's features, then of all nodes
 };
 
 /// Splits segments whose tracked features are partly dynamic and partly static.
 void separate_movers(const std::vector<FlowVector>& vectors, const Pose2& world_from_vehicle, ClusterWorkspace& space);
 
-/// A cluster for each segment, with its outline.
-void outline_segments(const Pose2& world_from_vehicle, ClusterWorkspace& space);
+/// Outlines and boxes of the clusters of segments begin … end − 1, whose velocities are set.
+void outline_segments(int begin, int end, const Pose2& world_from_vehicle, ClusterWorkspace& space);
 
 /// Sets occupancy of each segment's cluster, and velocity and box where it has no measured one, by its cells in the
 /// filtered grid.
@@ -126,15 +126,19 @@ void fuse_clusters(std::vector<Cluster>& of_camera, std::uint8_t camera, std::ve
 void fit_boxes(std::span<Cluster> clusters);
 
 /// Segments of `nodes`, split by the velocities of tracked features, and a cluster for each, with the velocity of its
-/// features and its box. See Segmenter::find.
-inline void find_segments(std::span<const ColumnNode> nodes, const Ground& ground, const Relief<Host>& relief,
-                          const Pose2& world_from_vehicle, const std::vector<FlowVector>& vectors,
-                          ClusterWorkspace& space) {
+/// features and its box. See Segmenter::find. `for_ranges`(count, work): calls work(begin, end) on disjoint parts of
+/// [0, count).
+template <class ForRanges>
+void find_segments(std::span<const ColumnNode> nodes, const Ground& ground, const Relief<Host>& relief,
+                   const Pose2& world_from_vehicle, const std::vector<FlowVector>& vectors, const ForRanges& for_ranges,
+                   ClusterWorkspace& space) {
   space.segmenter.find(nodes, ground, relief);
   separate_movers(vectors, world_from_vehicle, space);
-  outline_segments(world_from_vehicle, space);
+  space.clusters.assign(space.segmenter.size(), {});
   measure_velocities(vectors, world_from_vehicle, space);
-  fit_boxes(space.clusters);
+  space.values.resize(nodes.size());
+  for_ranges(static_cast<int>(space.clusters.size()),
+             [&](int begin, int end) { outline_segments(begin, end, world_from_vehicle, space); });
 }
 
 /// Completes the clusters by the filtered grid and edges.

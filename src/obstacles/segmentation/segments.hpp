@@ -47,6 +47,8 @@ class Segmenter {
   [[nodiscard]] std::span<const int> of(std::size_t segment) const {
     return std::span{order_}.subspan(segments_[segment].begin, segments_[segment].end - segments_[segment].begin);
   }
+  /// Number of nodes before a segment's, in segments or none: places of arrays that have one for each node.
+  [[nodiscard]] std::size_t begin_of(std::size_t segment) const { return segments_[segment].begin; }
   [[nodiscard]] const SegmentNode& node(int index) const { return nodes_[static_cast<std::size_t>(index)]; }
   /// True: the segment may continue beyond its first (left) or last (right) column, hidden or outside the image.
   struct Cuts {

@@ -62,7 +62,7 @@ struct Strip {
 };
 
 // Excludes the highest columns: false matches, or objects behind.
-double height_of(std::vector<double>& tops) {
+double height_of(std::span<double> tops) {
   const auto at = tops.begin() + static_cast<std::ptrdiff_t>(height_share * static_cast<double>(tops.size() - 1));
   std::nth_element(tops.begin(), at, tops.end());
   return *at;
@@ -72,7 +72,7 @@ class Strips {
  public:
   Strips(ClusterWorkspace& space, std::size_t segment, Cluster& cluster) : rig_{space.rig} {
     const Segmenter& segmenter{space.segmenter};
-    place(segmenter, segment, space.values, cluster);
+    place(segmenter, segment, std::span{space.values}.subspan(segmenter.begin_of(segment)), cluster);
     for (const int index : segmenter.of(segment)) of(segmenter.node(index)).pixels += segmenter.node(index).pixels;
     for (const int index : segmenter.of(segment)) of(segmenter.node(index)).count(segmenter.node(index));
     const auto end =
@@ -112,20 +112,20 @@ class Strips {
   }
 
  private:
-  void place(const Segmenter& segmenter, std::size_t segment, std::vector<double>& tops, Cluster& cluster) {
+  void place(const Segmenter& segmenter, std::size_t segment, std::span<double> tops, Cluster& cluster) {
     int right{0};
     left_ = std::numeric_limits<int>::max();
     double depth_m{0};
-    tops.clear();
+    std::size_t count{0};
     for (const int index : segmenter.of(segment)) {
       const SegmentNode& node{segmenter.node(index)};
       left_ = std::min(left_, node.u);
       right = std::max(right, node.u + 1);
       cluster.pixels += node.pixels;
       depth_m += node.pixels * node.place.x;
-      tops.push_back(node.top_m);
+      tops[count++] = node.top_m;
     }
-    cluster.height_m = height_of(tops);
+    cluster.height_m = height_of(tops.first(count));
     const double width_m{(right - left_) * depth_m / cluster.pixels / rig_.focal_px};
     count_ = std::clamp(clamped_to_int(std::ceil(width_m / strip_m)), 2, strips_max);
     width_px_ = static_cast<double>(right - left_) / count_;
@@ -188,14 +188,12 @@ void fit_outline(const Rig& rig, Strips& strips, Cluster& cluster) {
   }
 }
 
-Cluster outlined(ClusterWorkspace& space, std::size_t segment) {
-  Cluster cluster;
+void outline_segment(ClusterWorkspace& space, std::size_t segment, Cluster& cluster) {
   Strips strips{space, segment, cluster};
   strips.draw_near(cluster.outline);
   if (is_boundary(cluster.outline, cluster.height_m)) cluster.kind = ObstacleKind::boundary;
   fit_outline(space.rig, strips, cluster);
   if (cluster.kind == ObstacleKind::object) strips.draw_far(cluster.outline);
-  return cluster;
 }
 
 struct Direction {
@@ -260,10 +258,10 @@ ClusterWorkspace::ClusterWorkspace(const Rig& level_rig, int disparities, std::s
   values.reserve(std::max(points, nodes_reserved(level_rig.width_px, disparities)));
 }
 
-void outline_segments(const Pose2& world_from_vehicle, ClusterWorkspace& space) {
-  space.clusters.clear();
-  for (std::size_t i{0}; i < space.segmenter.size(); ++i) {
-    Cluster& cluster{space.clusters.emplace_back(outlined(space, i))};
+void outline_segments(int begin, int end, const Pose2& world_from_vehicle, ClusterWorkspace& space) {
+  for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+    Cluster& cluster{space.clusters[i]};
+    outline_segment(space, i, cluster);
     const auto [cut_left, cut_right] = space.segmenter.cuts_of(i);
     cluster.is_cut_left = cut_left;
     cluster.is_cut_right = cut_right;
@@ -271,6 +269,7 @@ void outline_segments(const Pose2& world_from_vehicle, ClusterWorkspace& space) 
     for (Point2& point : cluster.fitted) point = world_from_vehicle * point;
     cluster.bounds = bounds_of(cluster.outline);
   }
+  fit_boxes(std::span{space.clusters}.subspan(static_cast<std::size_t>(begin), static_cast<std::size_t>(end - begin)));
 }
 
 void ask_grid(const GridLayers& world, const Pose2& world_from_vehicle, ClusterWorkspace& space) {
