@@ -300,15 +300,17 @@ bool Tracker::is_hidden(Point2 at, const std::vector<Cluster>& clusters, const P
 // True if at least half of the track is now part of another thing, or of several.
 bool Tracker::is_replaced(const Track& track, const std::vector<Cluster>& clusters) {
   if (track.moving >= surely_moving) return false;  // it may be hidden behind that
-  std::size_t taken{0};
-  for (const Point2& point : track.shape.outline) {
-    const Point2 at{point.x + track.moved.x, point.y + track.moved.y};
-    taken += std::any_of(clusters.begin(), clusters.end(), [&](const Cluster& cluster) {
-      return cluster.kind == ObstacleKind::object && (!cluster.is_low || track.shape.is_low) &&
-             cluster.bounds.gap_to({at, at}, {}) < replaced_within_m;
-    });
+  const Outline& outline{track.shape.outline};
+  std::array<bool, Outline::points_max> is_taken{};
+  for (const Cluster& cluster : clusters) {
+    if (cluster.kind != ObstacleKind::object || (cluster.is_low && !track.shape.is_low)) continue;
+    if (track.shape.bounds.gap_to(cluster.bounds, track.moved) >= replaced_within_m) continue;
+    for (std::size_t i{0}; i < outline.size(); ++i) {
+      const Point2 at{outline[i].x + track.moved.x, outline[i].y + track.moved.y};
+      is_taken[i] = is_taken[i] || cluster.bounds.gap_to({at, at}, {}) < replaced_within_m;
+    }
   }
-  return 2 * taken >= track.shape.outline.size();
+  return 2 * static_cast<std::size_t>(std::ranges::count(is_taken, true)) >= outline.size();
 }
 
 }  // namespace stereogrid
