@@ -84,18 +84,22 @@ STEREOGRID_HD inline void spread_hidden(int ring, View<PolarCell> cells) {
   }
 }
 
-/// Hides ground of a ring that the mean of a search mixes with hidden cells beside it, while it is lower by 2 σ than
-/// the ground behind: the matcher's window mixes both levels, too. Last of all: it ends no ways.
+/// Hides ground of a ring beside hidden cells while it is lower than the ground farther from them: by 2 σ where the
+/// mean of a search mixes both; behind that it is steeper than any ground, too. The matcher's window mixes both levels,
+/// the farther the more oblique an edge is. Last of all: it ends no ways.
 STEREOGRID_HD inline void hide_ends(const WalkInput& input, int ring, View<PolarCell> cells) {
+  constexpr int apart{sectors_beside + 1};
+  const TerrainCamera& camera{input.camera};
   const float x{input.rings.middle_m(ring)};
-  const float lower_m{2 * input.camera.elevation_sigma(input.camera.height_m, x, input.sigma_px[ring])};
+  const float lower_m{2 * camera.elevation_sigma(camera.height_m, x, input.sigma_px[ring])};
+  const float steep_m{Max(lower_m, input.limits.slope * apart * sector_px * x / camera.focal_px)};
   const auto hide = [&](int first, int side) {
-    const int level{first + side * (sectors_beside + 1)};
-    if (level < 0 || level >= cells.height || !cells(ring, level).is_ground()) return;
-    const float highest{cells(ring, level).elevation_m - lower_m};
-    for (int sector{first}; sector != level - side; sector += side) {
+    for (int sector{first};; sector += side) {
+      const int level{sector + side * apart};
+      if (level < 0 || level >= cells.height || !cells(ring, level).is_ground()) return;
       PolarCell& cell{cells(ring, sector)};
-      if (!cell.is_ground() || cell.elevation_m > highest) return;
+      const float fall_m{std::abs(sector - first) < sectors_beside ? lower_m : steep_m};
+      if (!cell.is_ground() || cell.elevation_m > cells(ring, level).elevation_m - fall_m) return;
       cell = PolarCell{.kind = TerrainClass::hidden};
     }
   };

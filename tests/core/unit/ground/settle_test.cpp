@@ -150,7 +150,7 @@ TEST_F(SettledWalks, UnknownCellsUpToEightSectorsBesideAnEdgeAreHidden) {
   }
 }
 
-// A slope across, however long, costs a few sectors.
+// A slope across, however long, costs a few sectors, unless it is steeper than any ground.
 TEST_F(SettledWalks, AtTheEndsOfAnEdgeGroundThatIsLowerByTwoSigmaIsHidden) {
   const float sigma_m{camera_.elevation_sigma(camera_.height_m, rings_.middle_m(edge), sigma_px_[0])};
   const auto hidden_beside = [&](int side, float fall_m, int lower) {
@@ -169,13 +169,16 @@ TEST_F(SettledWalks, AtTheEndsOfAnEdgeGroundThatIsLowerByTwoSigmaIsHidden) {
     EXPECT_EQ(hidden_beside(side, 1.9f * sigma_m, 2), 0);
     EXPECT_EQ(hidden_beside(side, 2.1f * sigma_m, middle), 0) << "level ground behind the edge's smear";
   }
-  cells_.fill({0, 0, TerrainClass::drivable});
-  cells_(edge, middle).kind = TerrainClass::hidden;
-  for (int sector{middle + 1}; sector < sectors; ++sector)
-    cells_(edge, sector).elevation_m = 0.8f * sigma_m * static_cast<float>(sector);
-  hide_ends(input(), edge, cells_.view());
-  EXPECT_TRUE(is_behind_edge(cells_(edge, middle + sectors_beside - 1)));
-  EXPECT_TRUE(cells_(edge, middle + sectors_beside).is_ground());
+  const float steep_m{input().limits.slope * sector_px * rings_.middle_m(edge) / camera_.focal_px};
+  for (const float rise_m : {0.8f * sigma_m, 0.9f * steep_m, 1.1f * steep_m}) {
+    cells_.fill({0, 0, TerrainClass::drivable});
+    cells_(edge, middle).kind = TerrainClass::hidden;
+    for (int sector{middle + 1}; sector < sectors; ++sector)
+      cells_(edge, sector).elevation_m = rise_m * static_cast<float>(sector);
+    hide_ends(input(), edge, cells_.view());
+    EXPECT_TRUE(is_behind_edge(cells_(edge, middle + sectors_beside)));
+    EXPECT_EQ(is_behind_edge(cells_(edge, middle + sectors_beside + 1)), rise_m > steep_m) << rise_m;
+  }
 }
 
 const Rig rig{640, 360, 425, 320, 140, 0.2, 1.0, 0, 0};
