@@ -40,10 +40,19 @@ STEREOGRID_HD inline void confirm_block(int sector, View<SectorWalk> walks) {
       confirming(walks, sector, 2, &SectorWalk::blocked, walk.blocked) >= walk.block_confirmations;
 }
 
-/// Wrong matches resemble an obstacle in a sector or two. Rays detect thin and tall objects.
+/// Marks an obstacle from its foot on, or drops one that neighbours do not confirm: wrong matches resemble one in a
+/// sector or two. Rays detect thin and tall objects.
+STEREOGRID_HD inline void settle_block(bool is_confirmed, const SectorWalk& walk, PolarCell* cells) {
+  if (walk.blocked == no_ring) return;
+  if (!is_confirmed) cells[walk.blocked] = PolarCell{};
+  for (int ring{walk.foot}; ring < walk.blocked && is_confirmed; ++ring) {
+    if (cells[ring].is_ground()) cells[ring].kind = TerrainClass::obstacle;
+  }
+}
+
 STEREOGRID_HD inline void drop_lone_obstacle(PolarCell* cells, SectorWalk& walk) {
-  if (walk.blocked == no_ring || walk.is_block_confirmed) return;
-  cells[walk.blocked] = PolarCell{};
+  settle_block(walk.is_block_confirmed, walk, cells);
+  if (walk.is_block_confirmed) return;
   walk.blocked = no_ring;
   walk.state.is_blocked = false;
 }
@@ -51,10 +60,9 @@ STEREOGRID_HD inline void drop_lone_obstacle(PolarCell* cells, SectorWalk& walk)
 /// Completes one sector after all walks: marks edges that neighbours confirm, withdraws others.
 STEREOGRID_HD inline void settle_sector(int sector, View<const SectorWalk> walks, int rings, PolarCell* cells) {
   const SectorWalk& walk{walks(sector, 0)};
-  if (walk.blocked != no_ring && !walk.is_block_confirmed &&
-      confirming(walks, sector, 2, &SectorWalk::blocked, walk.blocked) < walk.block_confirmations) {
-    cells[walk.blocked] = PolarCell{};
-  }
+  settle_block(walk.is_block_confirmed ||
+                   confirming(walks, sector, 2, &SectorWalk::blocked, walk.blocked) >= walk.block_confirmations,
+               walk, cells);
   if (walk.end == no_ring) return;
   if (is_end_confirmed(sector, walks)) {
     const TerrainClass kind{walk.end_kind == GapKind::drop ? TerrainClass::drop : TerrainClass::hidden};

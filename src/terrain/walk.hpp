@@ -42,6 +42,8 @@ struct WalkState {
   bool is_blocked{false};  ///< an obstacle ended the walk
   bool is_firm{true};      ///< no gap between the footprint and the ground
   float before_z{0};       ///< elevation of the ground before the bridge to this one; x = reached: there is one
+  float foot_x{0};         ///< last ground from which it has not risen more steeply than the steepest slope, m
+  float foot_z{0};
 
   [[nodiscard]] STEREOGRID_HD float elevation(float at_x) const { return z + slope * (at_x - x); }
 };
@@ -50,6 +52,7 @@ struct SectorWalk {
   int lost{0};            ///< ring at which the walk first lost the ground
   WalkState state{};      ///< behind the last ring that was walked
   int blocked{no_ring};   ///< ring of the obstacle that the walk met last
+  int foot{no_ring};      ///< first ring of that obstacle
   int end{no_ring};       ///< ring of an edge behind which the ground is hidden
   int end_seen{no_ring};  ///< ring in which the gap was met: behind `end` by the matcher's smear
   int landing{no_ring};   ///< ring of the first visible surface behind it
