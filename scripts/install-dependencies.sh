@@ -70,9 +70,10 @@ install_python_packages() { # install_python_packages VENV REQUIREMENTS
 
 finish() {
   if [ "$1" = "--python" ]; then
-    install_python_packages build/python/venv tests/python/requirements.txt
-    ROS_DISTRO=jazzy install_python_packages build/ros/jazzy tests/ros2/requirements.txt
-    ROS_DISTRO=kilted install_python_packages build/ros/kilted tests/ros2/requirements.txt
+    install_python_packages build/python/venv tests/python/requirements.txt &
+    ROS_DISTRO=jazzy install_python_packages build/ros/jazzy tests/ros2/requirements.txt &
+    ROS_DISTRO=kilted install_python_packages build/ros/kilted tests/ros2/requirements.txt &
+    wait
   fi
   exit 0
 }
