@@ -24,7 +24,6 @@ enum class GapKind : std::uint8_t {
 struct Gap {
   GapKind kind{GapKind::unknown};
   float edge_x{0};     ///< last visible point of the ground, m
-  float mark_x{0};     ///< the edge without the matcher's smear
   float landing_x{0};  ///< first visible point behind, m
   float landing_z{0};
   float slope{0};  ///< slope of the surface behind, tangent
@@ -86,7 +85,6 @@ STEREOGRID_HD inline Gap classify_gap(const TerrainCamera& camera, const Terrain
   const float line_h{h + front.rise * front.x};  // height over the rising ground's line at x = 0
   Gap gap;
   gap.edge_x = h / t;
-  gap.mark_x = line_h / (rows[1].tangent(static_cast<float>(front.row) + 0.5f + front.window_rows / 2) + front.rise);
   const Landing landing{landing_of(rows, front.row, static_cast<int>(front.window_rows / 2) + 1)};
   if (!landing.is_found) return gap;
   gap.landing_x = camera.range(std::max(landing.at_gap, 0.1f));

@@ -54,7 +54,7 @@ struct SectorWalk {
   int blocked{no_ring};   ///< ring of the obstacle that the walk met last
   int foot{no_ring};      ///< first ring of that obstacle
   int end{no_ring};       ///< ring of an edge behind which the ground is hidden
-  int end_seen{no_ring};  ///< ring in which the gap was met: behind `end` by the matcher's smear
+  int end_seen{no_ring};  ///< last ring of the mark: `end`, or that of a trench's wall
   int landing{no_ring};   ///< ring of the first visible surface behind it
   GapKind end_kind{GapKind::unknown};
   float end_fall_m{0};       ///< visible fall of the surface behind the edge

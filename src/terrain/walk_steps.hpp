@@ -51,7 +51,7 @@ class Walk {
     const int last{in_.sectors - 1};
     return {in_.rows[std::max(sector_ - 1, 0)], rows_, in_.rows[std::min(sector_ + 1, last)]};
   }
-  STEREOGRID_HD void end_at(GapKind kind, float mark_x, int seen, int landing, float fall_m);
+  STEREOGRID_HD void end_at(GapKind kind, int seen, int landing, float fall_m);
   STEREOGRID_HD bool meet_trench();
   STEREOGRID_HD void set_ground(float z);
   [[nodiscard]] STEREOGRID_HD float widest_gap() const;
@@ -148,7 +148,7 @@ STEREOGRID_HD inline void Walk::miss() {
   state_.is_alive = false;
 }
 
-// Continues from ground in two neighbours; behind an edge, not within its smear. Behind a confirmed
+// Continues from ground in two neighbours; behind an edge, not within its mark. Behind a confirmed
 // one nothing is visible before the landing.
 STEREOGRID_HD inline bool Walk::take_over(View<const SectorWalk> walks) {
   const bool is_behind_edge{walk_.end != no_ring && ring_ >= walk_.end};
@@ -193,25 +193,24 @@ STEREOGRID_HD inline void Walk::meet_gap(int row, float z) {
               false,         before_z,      gap.landing_x, gap.landing_z};
     return;
   }
-  end_at(gap.kind, gap.mark_x, ring_, ring_at(gap.landing_x), std::max(state_.z - gap.landing_z, 0.0f));
+  end_at(gap.kind, ring_, ring_at(gap.landing_x), std::max(state_.z - gap.landing_z, 0.0f));
 }
 
 STEREOGRID_HD inline bool Walk::meet_trench() {
   const std::optional<Trench>& trench{walk_.trench};
   if (!trench || ring_ != ring_at(trench->edge_x) || !view_.is_checked()) return false;
   const int wall{std::max(ring_at(trench->wall_x), ring_)};
-  end_at(GapKind::drop, view_.begin_m, wall, wall, trench->fall_m);
+  end_at(GapKind::drop, wall, wall, trench->fall_m);
   return true;
 }
 
 // The nearest edge of a sector counts. `seen`: last ring of the mark. `landing`: ring of the first visible surface
 // behind it.
-STEREOGRID_HD inline void Walk::end_at(GapKind kind, float mark_x, int seen, int landing, float fall_m) {
+STEREOGRID_HD inline void Walk::end_at(GapKind kind, int seen, int landing, float fall_m) {
   cells_[ring_].kind = TerrainClass::hidden;
   state_.is_alive = false;
   if (walk_.end != no_ring) return;
   walk_.end = ring_;
-  while (walk_.end > 0 && in_.rings.begin_m(walk_.end) > mark_x) --walk_.end;
   walk_.end_seen = seen;
   walk_.landing = landing;
   // the surface before the image may have any height
