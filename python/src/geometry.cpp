@@ -162,7 +162,7 @@ MountedRig rig_of_file(const std::filesystem::path& path, int width_px, int heig
   io::Calibration calibration{io::read_calibration(path, width_px, height_px)};
   io::fit_to_images(calibration, path.string(), width_px, height_px);
   MountedRig rig{calibration.rig, calibration.has_extrinsics};
-  if (!calibration.mask.empty()) rig.mask = io::read_mask(calibration.mask, rig.rig.width_px, rig.rig.height_px);
+  if (!calibration.mask.empty()) rig.mask = io::read_mask(calibration.mask, calibration);
   return rig;
 }
 
