@@ -40,9 +40,10 @@ Input open_scene(const InputOptions& options) {
   }
   auto scene{std::make_unique<scenes::Scene>(scenes::parse_scene(options.paths.front()))};
   Input input;
-  io::Calibration calibration;
-  calibration.rig = scene->rig();
-  input.mask = mask_of(options.mask, calibration);
+  if (!options.mask.empty()) {
+    input.mask = io::read_mask(options.mask, scene->rig().width_px, scene->rig().height_px);
+    input.mask_use = io::use_of_mask(options.mask, input.mask);
+  }
   input.scene = scene.get();
   input.extrinsics_given = true;
   input.poses = poses;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "stereogrid/frame.hpp"
+#include "stereogrid/io/rectifier.hpp"
 #include "stereogrid/io/run_folder/description.hpp"
 #include "stereogrid/pipeline.hpp"
 
@@ -60,6 +61,7 @@ struct Input {
   const scenes::Scene* scene{nullptr};
   PoseSource poses{PoseSource::input};
   Image<std::uint8_t> mask{};                      ///< PipelineOptions::mask
+  io::MaskUse mask_use{};                          ///< effect of a scene's mask; recordings name theirs
   std::vector<Image<std::uint8_t>> other_masks{};  ///< PipelineOptions::other_masks
   bool extrinsics_given{false};                    ///< PipelineOptions::extrinsics_given
   /// Grid of another source at the time of a live frame, in the vehicle frame. None: only recordings have grids.

@@ -88,11 +88,19 @@ void add_fuse_option(Command command, std::string& fuse) {
       .show_default();
 }
 
+namespace {
+
+void log_mask(const io::MaskUse& use) {
+  if (!use.text.empty()) spdlog::log(use.is_odd ? spdlog::level::warn : spdlog::level::info, "{}", use.text);
+}
+
+}  // namespace
+
 void log_input(const Input& input) {
   const Rig& rig{input.source->rig()};
   const std::string kind{input.recording != nullptr ? input.recording->contents().kind : "built-in scene"};
   spdlog::info("{}: {} frames of {} × {} px", kind, input.source->size(), rig.width_px, rig.height_px);
-  if (input.recording == nullptr) return;
+  if (input.recording == nullptr) return log_mask(input.mask_use);
   for (const std::string& note : input.recording->contents().notes) spdlog::info("{}", note);
   for (const std::string& warning : input.recording->contents().warnings) spdlog::warn("{}", warning);
 }
@@ -101,8 +109,7 @@ Image<std::uint8_t> mask_of(const std::string& given, const io::Calibration& cal
   const std::filesystem::path file{given.empty() ? calibration.mask : std::filesystem::path{given}};
   if (file.empty()) return {};
   Image<std::uint8_t> mask{io::read_mask(file, calibration)};
-  const io::MaskUse use{io::use_of_mask(file, mask)};
-  spdlog::log(use.is_odd ? spdlog::level::warn : spdlog::level::info, "{}", use.text);
+  log_mask(io::use_of_mask(file, mask));
   return mask;
 }
 
