@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 PRESETS = ("default", "robot", "paper")
-LEFT_OUT = ("timing_ms", "version", "device", "config")
+LEFT_OUT = ("timing_ms", "version", "device", "threads", "config")
 MISSING = "missing"
 
 
