@@ -19,6 +19,17 @@ TEST(Terrain, HolesOfTwoSectorsAreNoEdges) {
   EXPECT_GE(drops_of(0.8f), 3);
 }
 
+// slope_max is 20°. The walk's line follows a slope: each ring is hardly above the one before.
+TEST(Terrain, SlopesThatAreTooSteepAreObstaclesFromTheirFootOn) {
+  const Vehicle vehicle{car()};
+  const auto drivable = [&](float degrees, double from_m, double to_m) {
+    return drivable_share(vehicle, walked(vehicle, ramp(5, degrees), true), from_m, to_m);
+  };
+  for (const float degrees : {15.0f, 25.0f}) EXPECT_GE(drivable(degrees, vehicle.near_m, 4.6), 0.98) << degrees;
+  EXPECT_GE(drivable(15, 5.4, 7), 0.95);
+  EXPECT_LE(drivable(25, 5.4, 7), 0.05);
+}
+
 TEST(Terrain, GroundWithoutSamplesIsUnknown) {
   const Vehicle vehicle{car()};
   Image<float> disparity{disparity_of(vehicle.rig, ramp(5, 0))};
