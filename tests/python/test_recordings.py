@@ -127,6 +127,23 @@ def test_a_rig_of_a_file(drive: Path) -> None:
     assert rig.focal_px == sg.open(drive).rig.focal_px and rig.extrinsics_given
 
 
+def test_the_mask_of_a_raw_pair_is_rectified(tmp_path: Path) -> None:
+    (tmp_path / "calibration.yaml").write_text(
+        "image: {width_px: 640, height_px: 480}\n"
+        "left: {focal_u_px: 500, focal_v_px: 502, cx_px: 322, cy_px: 236, distortion: [-0.2, 0.05, 0, 0, 0]}\n"
+        "right: {focal_u_px: 507, focal_v_px: 505, cx_px: 315, cy_px: 241, distortion: [-0.18, 0.04, 0, 0]}\n"
+        "right_from_left: {rotation: [0.01, -0.02, 0.015], translation_m: [-0.2998, 0.006, -0.009]}\n"
+        "mask: mask.pgm\n"
+    )
+    mask = np.full((480, 640), 255, np.uint8)
+    mask[400:] = 0
+    (tmp_path / "mask.pgm").write_bytes(b"P5 640 480 255\n" + mask.tobytes())
+    rectified = sg.Rig.from_file(tmp_path / "calibration.yaml").mask
+    assert rectified is not None and set(np.unique(rectified)) == {0, 255}
+    first_masked = np.argmax(rectified == 0, axis=0)
+    assert first_masked.max() - first_masked.min() > 5, "the bonnet's straight line is curved without distortion"
+
+
 def test_a_run_that_is_none(tmp_path: Path) -> None:
     with pytest.raises(sg.InputError):
         sg.read_run(tmp_path)
